@@ -6,6 +6,8 @@ from functools import cache
 from importlib import metadata
 from typing import Any, Final
 
+from .wording import given_percent
+
 STANDARD_GRAVITY: Final = 9.80665
 """Standard acceleration of gravity, m/s² (CGPM 1901)."""
 DAMPING: Final = 0.05
@@ -49,6 +51,20 @@ SPELLED: Final = {ACCELERATION: "m/s2", VELOCITY: "m/s", PER_YEAR: "1/year"}
 def described(long_name: str, units: str = DIMENSIONLESS) -> dict[str, str]:
     """Return the attributes of a labelled array: its unit and its long name."""
     return {"units": units, "long_name": long_name}
+
+
+ENDS: Final = ("", "_lower", "_upper")
+"""Suffixes of the names of an estimate and of both ends of its interval."""
+
+
+def of_end(end: str, long_name: str, share: float | None = None, kind: str = "") -> str:
+    """Return the long name of an estimate, or of an end of its interval (of a kind, with a share).
+
+    >>> of_end("", "rate"), of_end("_lower", "rate", 0.95, "bootstrap")
+    ('rate', 'lower end of the 95 % bootstrap interval: rate')
+    """
+    words = (end.removeprefix("_"), "end of the", "" if share is None else given_percent(share), kind, "interval")
+    return f"{' '.join(filter(None, words))}: {long_name}" if end else long_name
 
 
 def variables(dims: Any, table: Mapping[str, tuple[Any, str, str]]) -> dict[str, tuple[Any, Any, dict[str, str]]]:

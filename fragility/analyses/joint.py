@@ -11,7 +11,7 @@ from ...core import checks
 from ...core.aliases import Flags, Progress
 from ...core.parameters import USUAL_CONFIDENCE
 from ...core.streams import stream
-from ...core.units import described, provenance
+from ...core.units import ENDS, described, of_end, provenance
 from ...models import Block, Law
 from ...models.block_array import BlockArray
 from ...models.sliding.law import SlidingLaw
@@ -134,9 +134,7 @@ def joint_falls(
 
 _LABELS = {
     "share": "share of the sampled blocks that falls in the event",
-    "mean": "mean share of the blocks that falls in an event",
-    "mean_lower": "lower end of the 95 % interval of the mean share that falls",
-    "mean_upper": "upper end of the 95 % interval of the mean share that falls",
+    **{f"mean{end}": of_end(end, "mean share of the blocks that falls in an event", USUAL_CONFIDENCE) for end in ENDS},
     "sd": "standard deviation between events of the share of all blocks that falls",
     "sd_independent": "what this standard deviation would be if blocks fell independently of each other",
     "correlation": "mean correlation between events of the falls of two blocks",

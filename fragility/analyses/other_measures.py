@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.elementary import log
-from ...core.units import described
+from ...core.units import ENDS, described, of_end
 from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.evaluation import measure
 from ...motions.intensity.measure import MEASURES, Measure
@@ -60,13 +60,11 @@ class OtherMeasures:
         """Return gains (curve, other measure) as variables on `dims` of a shape, and the other measure."""
         table = np.array([[tuple(gain) for gain in row] for row in gains]).reshape(*shape, len(self.measures), 3)
         text = "number of times fewer motions that levels in another measure would take for the median, or more"
-        interval = f"{100.0 * CONFIDENCE:g} % interval of: "
-        words = ("", f"lower end of the {interval}", f"upper end of the {interval}")
         named = described("another intensity measure of the motions")
         return xr.Dataset(
             {
-                f"measure_gain{end}": ((*dims, OTHER), table[..., k], described(start + text))
-                for k, (end, start) in enumerate(zip(("", "_lower", "_upper"), words, strict=True))
+                f"measure_gain{end}": ((*dims, OTHER), table[..., k], described(of_end(end, text, CONFIDENCE)))
+                for k, end in enumerate(ENDS)
             },
             coords={OTHER: (OTHER, np.array(self.labels, dtype=object), named)},
         )

@@ -10,14 +10,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core.aliases import Array, Index
-from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
+from ...core.parameters import USUAL_CONFIDENCE
+from ...core.units import DIMENSIONLESS, ENDS, PER_YEAR, described, of_end, provenance
 from ...motions.arrays import BOTH_AXES, motion_coordinates
 from ...motions.intensity.evaluation import measure_variables
 from ...motions.intensity.naming import GROUND, measure_named
 from ..adaptive.sequential import SequentialCurve, account, half_width
 from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
-from ..runs.labels import OF_ACCOUNT, OF_DISPERSION, OF_ENDS, OF_MEDIAN, OF_STOP, depth_coordinate
+from ..runs.labels import OF_ACCOUNT, OF_DISPERSION, OF_MEDIAN, OF_STOP, depth_coordinate
 from ..runs.outputs import OUTPUTS
 from ..runs.provenance import AXES, RUN, configuration_of
 from ..runs.request import Request, part_of
@@ -184,8 +185,8 @@ def curve_variables(
         variables[name] = xr.Variable(dims, array, described(text, units))
 
     def interval(name: str, ends: Sequence[tuple[float, float, float]], units: str, text: str) -> None:
-        for suffix, k in (("", 0), ("_lower", 1), ("_upper", 2)):
-            column(f"{name}{suffix}", [end[k] for end in ends], units, OF_ENDS[k] + text)
+        for k, end in enumerate(ENDS):
+            column(f"{name}{end}", [of_ends[k] for of_ends in ends], units, of_end(end, text, USUAL_CONFIDENCE))
 
     variables: dict[str, xr.Variable] = {}
     looks = [curve.looks[-1] for curve in curves]

@@ -11,21 +11,24 @@ import xarray as xr
 from ...core import checks
 from ...core.elementary import Array, arctan, exp, log, tan
 from ...core.facts import Fact
+from ...core.parameters import USUAL_CONFIDENCE
 from ...core.sentences import register_of, sentence
 from ...core.units import (
     ANGULAR_VELOCITY,
     DIMENSIONLESS,
+    ENDS,
     PER_YEAR,
     RADIAN,
     STANDARD_GRAVITY,
     described,
+    of_end,
     variables as variables_on,
 )
 from ...models import Block
 from ...models.block_array import BlockArray
 from ..adaptive.stopping import REACHED, motions_needed
 from ..hazard.curve import HazardCurve
-from ..runs.labels import OF_ACCOUNT, OF_BLOCKS, OF_DISPERSION, OF_ENDS, OF_LAWS, OF_MEDIAN, OF_STOP, law_coordinates
+from ..runs.labels import OF_ACCOUNT, OF_BLOCKS, OF_DISPERSION, OF_LAWS, OF_MEDIAN, OF_STOP, law_coordinates
 from ..surfaces.checks import Check, RatePlane
 from ..surfaces.domain import NARROW, Domain
 from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
@@ -347,13 +350,10 @@ def _curve_dataset(columns: BlockArray, laws: Sequence[Curves], surface: xr.Data
     of_all = f"level at which half overturn, from levels near it; its interval holds for all blocks at once: {name}"
     rate = "annual rate of overturning: of the lognormal curve through all runs, times what runs without a form say"
     labels = {
-        **{f"half_level{end}": (unit, words + of_all) for end, words in zip(_ENDS, OF_ENDS, strict=True)},
+        **{f"half_level{end}": (unit, of_end(end, of_all, USUAL_CONFIDENCE)) for end in ENDS},
         "median": (unit, f"{OF_MEDIAN}: {name}"),
-        **{
-            f"dispersion{end}": (DIMENSIONLESS, words + OF_DISPERSION)
-            for end, words in zip(_ENDS, OF_ENDS, strict=True)
-        },
-        **{f"rate{end}": (PER_YEAR, words + rate) for end, words in zip(_ENDS, OF_ENDS, strict=True)},
+        **{f"dispersion{end}": (DIMENSIONLESS, of_end(end, OF_DISPERSION, USUAL_CONFIDENCE)) for end in ENDS},
+        **{f"rate{end}": (PER_YEAR, of_end(end, rate, USUAL_CONFIDENCE)) for end in ENDS},
         **{
             f"rate_share_{side}": (DIMENSIONLESS, f"share of the rate from {side} the levels of the hazard curve")
             for side in ("below", "above")
@@ -371,9 +371,6 @@ def _curve_dataset(columns: BlockArray, laws: Sequence[Curves], surface: xr.Data
         str(name): coordinate.variable for name, coordinate in surface.coords.items() if coordinate.dims == ("model",)
     }
     return xr.Dataset(variables, coords={**_block_columns(columns), **of_laws}, attrs=surface.attrs)
-
-
-_ENDS = ("", "_lower", "_upper")
 
 
 def _block_columns(columns: BlockArray) -> dict[str, xr.Variable]:

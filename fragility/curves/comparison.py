@@ -5,7 +5,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.parameters import CHANCE
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, of_end
 from ..runs.provenance import provenance_from
 
 AGREES, HIGHER, LOWER, OPEN = "agrees", "higher", "lower", "open"
@@ -78,8 +78,8 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     text = "median over the published one"
     results = {
         "ratio": (ratio, text),
-        "lower": (lower, f"lower end of the interval of the {text}"),
-        "upper": (upper, f"upper end of the interval of the {text}"),
+        "lower": (lower, of_end("lower", text)),
+        "upper": (upper, of_end("upper", text)),
         "verdict": (ratio.copy(data=verdict), "fitted median against the published one: agrees, higher, lower or open"),
     }
     return xr.Dataset(

@@ -5,8 +5,7 @@ import xarray as xr
 
 from ...core.doubts import warn_of_results
 from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE
-from ...core.units import described
-from ...core.wording import given_percent
+from ...core.units import described, of_end
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..numerics.proportions import METHOD_NAMES, binomial_interval
 from ..runs.provenance import carried_attributes, motions_by_floor, number_of_motions
@@ -50,13 +49,13 @@ def overturning_probability(
     overturnings, trials = _counts(flags)
     ways = flags.sizes["motion"] // number_of_motions(flags)
     lower, upper = binomial_interval(overturnings.values / ways, trials.values / ways, within, interval)
-    kind = f"{given_percent(within)} {METHOD_NAMES[interval]} interval"
     name = state_name(state)
+    text = f"probability of {name}"
     warn_of_results(of_runs(runs, int(trials.min()) // ways if trials.size else 0))
     variables = {
-        "probability": (overturnings.values / trials.values, f"probability of {name}"),
-        "lower": (lower, f"lower end of the {kind}"),
-        "upper": (upper, f"upper end of the {kind}"),
+        "probability": (overturnings.values / trials.values, text),
+        "lower": (lower, of_end("lower", text, within, METHOD_NAMES[interval])),
+        "upper": (upper, of_end("upper", text, within, METHOD_NAMES[interval])),
         "overturnings": (overturnings.values, f"runs with {name}"),
         "runs": (trials.values, "runs"),
     }

@@ -12,8 +12,7 @@ from ...core import checks
 from ...core.elementary import Array, Index, exp
 from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE
 from ...core.streams import stream
-from ...core.units import described
-from ...core.wording import given_percent
+from ...core.units import ENDS, described, of_end
 from ...motions.intensity.measure import Measure
 from ..fitting.bootstrap import draw_clusters, percentile_interval
 from ..fitting.first_overturning import FEWEST, Brackets, brackets
@@ -340,13 +339,9 @@ def _with_interval(name: str, values: Array, confidence: float, long_name: str) 
     known = (ends.used > 1) & ~np.isnan(estimate)
     lower = np.where(known, np.minimum(ends.lower, estimate), np.nan)
     upper = np.where(known, np.maximum(ends.upper, estimate), np.nan)
-    of = f"end of the {given_percent(confidence)} bootstrap interval: {long_name}"
-    return {
-        # (a copy: a view would hold all samples)
-        name: _column(estimate.copy(), long_name),
-        f"{name}_lower": _column(lower, f"lower {of}"),
-        f"{name}_upper": _column(upper, f"upper {of}"),
-    }
+    # (a copy: a view would hold all samples)
+    of_ends = zip(ENDS, (estimate.copy(), lower, upper), strict=True)
+    return {f"{name}{end}": _column(value, of_end(end, long_name, confidence, "bootstrap")) for end, value in of_ends}
 
 
 def _efficiency(dispersion: Array, status: NDArray[np.int8], powers: Array, confidence: float) -> dict[str, Column]:

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from ...core.aliases import Array
-from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
+from ...core.units import DIMENSIONLESS, ENDS, METRE, PER_YEAR, of_end
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import FLOOR, GROUND, long_name_at, measure_named
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
@@ -36,37 +36,25 @@ MAX_DISPERSION = 20.0
 SMALLEST, LARGEST = 1e-100, 1e100
 
 LEVEL = "level"  # in a table of units: the unit of the measure's levels
+_OF_RANGE = "end of its range if all capacities are wrong by the same factor"
 CURVE_NUMBERS: dict[str, tuple[str, str]] = {
-    "median_lower": (LEVEL, "lower end of the interval of the median"),
-    "median_upper": (LEVEL, "upper end of the interval of the median"),
-    "dispersion_lower": (DIMENSIONLESS, "lower end of the interval of the dispersion"),
-    "dispersion_upper": (DIMENSIONLESS, "upper end of the interval of the dispersion"),
+    **{f"median{end}": (LEVEL, of_end(end, "median")) for end in ENDS[1:]},
+    **{f"dispersion{end}": (DIMENSIONLESS, of_end(end, "dispersion")) for end in ENDS[1:]},
     "modelling_dispersion": (
         DIMENSIONLESS,
         "modelling uncertainty that the dispersion holds beside that of the motions",
     ),
     "width": (METRE, "full width"),
     "height": (METRE, "full height"),
-    "rate": (PER_YEAR, "annual rate of overturning"),
-    "rate_lower": (PER_YEAR, "lower end of the interval of the annual rate"),
-    "rate_upper": (PER_YEAR, "upper end of the interval of the annual rate"),
-    "rate_modelling_lower": (PER_YEAR, "lower end of its range if all capacities are wrong by the same factor"),
-    "rate_modelling_upper": (PER_YEAR, "upper end of that range"),
+    **{f"rate{end}": (PER_YEAR, of_end(end, "annual rate of overturning")) for end in ENDS},
+    **{f"rate_modelling_{side}": (PER_YEAR, f"{side} {_OF_RANGE}") for side in ("lower", "upper")},
     "rate_modelling_dispersion": (
         DIMENSIONLESS,
         "modelling uncertainty in rates and risk probabilities, given if the dispersion has another",
     ),
-    "fitted_rate": (PER_YEAR, "annual rate of the curve itself, where `rate` is without a form of curve"),
-    "fitted_rate_lower": (PER_YEAR, "lower end of its interval"),
-    "fitted_rate_upper": (PER_YEAR, "upper end of its interval"),
-    "risk_probability": (DIMENSIONLESS, "probability of overturning in the years of the study"),
-    "risk_probability_lower": (DIMENSIONLESS, "lower end of its interval"),
-    "risk_probability_upper": (DIMENSIONLESS, "upper end of its interval"),
-    "risk_probability_modelling_lower": (
-        DIMENSIONLESS,
-        "lower end of its range if all capacities are wrong by the same factor",
-    ),
-    "risk_probability_modelling_upper": (DIMENSIONLESS, "upper end of that range"),
+    **{f"fitted_rate{end}": (PER_YEAR, of_end(end, "annual rate of the curve itself")) for end in ENDS},
+    **{f"risk_probability{end}": (DIMENSIONLESS, of_end(end, "chance of overturning in the years")) for end in ENDS},
+    **{f"risk_probability_modelling_{side}": (DIMENSIONLESS, f"{side} {_OF_RANGE}") for side in ("lower", "upper")},
     "directional": (DIMENSIONLESS, "whether the demand is taken in the component's own direction"),
     "offset": (DIMENSIONLESS, "floors between the component and its demand"),
 }

@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...core.units import DIMENSIONLESS, described
-from ...core.wording import given_percent
+from ...core.units import DIMENSIONLESS, ENDS, described, of_end
 from .trials import Trials
 
 LEVEL = "unit of the level"
@@ -42,6 +41,7 @@ _OTHERS = {
     "uplift_penalised_replicates": (DIMENSIONLESS, "replicates of uplift of the penalised likelihood"),
     "uplift_failed_replicates": (DIMENSIONLESS, "replicates without a curve of uplift"),
 }
+_SUFFIXES = {"_se": "standard error of", "_sample": "bootstrap replicates of"}
 # Last dimension of results that are arrays.
 _DIMENSIONS = {"fractile": "fraction", "fraction_level": "fraction", "probability": "level", OBSERVED: "level"}
 
@@ -75,16 +75,8 @@ def label_curves(
         coords["replicate"] = xr.Variable("replicate", np.arange(replicates or 0), attributes)
     variables = {}
     for name in names:
-        base = name
-        text = ""
-        for suffix, words in (
-            ("_se", "standard error"),
-            ("_lower", f"lower end of the {given_percent(confidence)} interval"),
-            ("_upper", f"upper end of the {given_percent(confidence)} interval"),
-            ("_sample", "bootstrap replicates"),
-        ):
-            if name.endswith(suffix):
-                base, text = name.removesuffix(suffix), f"{words} of: "
+        suffix = next((suffix for suffix in (*ENDS[1:], *_SUFFIXES) if name.endswith(suffix)), "")
+        base = name.removesuffix(suffix)
         units, long_name = _OTHERS.get(name) or _PARAMETERS.get(base) or (DIMENSIONLESS, f"{base} of the fit")
         if base in ("median", "dispersion") and "uplift_median" in names:  # (factors of the curve)
             long_name = long_name.replace("the fitted curve", "the curve of what uplifted")
@@ -100,7 +92,8 @@ def label_curves(
             values = values[..., : coords["level"].size]
         if units == LEVEL:
             units, long_name = trials.level["units"], f"{long_name}: {trials.level['long_name']}"
-        variables[name] = (tuple(dims), values, described(text + long_name, units))
+        text = f"{_SUFFIXES[suffix]}: {long_name}" if suffix in _SUFFIXES else of_end(suffix, long_name, confidence)
+        variables[name] = (tuple(dims), values, described(text, units))
     return xr.Dataset(variables, coords=coords)
 
 

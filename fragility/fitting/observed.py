@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from ...core.elementary import Array, Flags, Index, exp, expm1, log, log1p
+from ...core.units import ENDS
 from .form import Columns
 from .intervals import Estimate, Options, estimate
 from .labels import OBSERVED
@@ -27,7 +28,6 @@ WINDOW, MOTIONS = 1.2, 20
 """Half width, in dispersions, of the window in which runs of that many motions count as near; it falls with the cube
 root of their number."""
 PLACES = 400
-ENDS = ("", "_lower", "_upper")
 
 
 class Bend(NamedTuple):

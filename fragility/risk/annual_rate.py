@@ -14,8 +14,7 @@ from ...core import checks
 from ...core.doubts import warn_of_results
 from ...core.elementary import Array, exp, geomspace, log
 from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE, USUAL_YEARS, YEARS
-from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
-from ...core.wording import given_percent
+from ...core.units import DIMENSIONLESS, ENDS, PER_YEAR, described, of_end, provenance
 from ...motions.intensity.naming import long_name_at
 from ..curves.curve import (
     LEAST,
@@ -174,9 +173,9 @@ def annual_rate(
     rates_at = rates_of(arrays, pieces[0], outside)
     share, mean, mode = _deaggregate(arrays, rates_at.rate, pieces[0], edges, outside)
     units, measure = hazard.units, long_name_at(hazard.measure.long_name, hazard.at)
-    text = f"probability of overturning in {time:g} years"
+    overturning, text = "annual rate of overturning", f"probability of overturning in {time:g} years"
     variables: dict[str, tuple[tuple[str, ...], NDArray[Any], str, str]] = {
-        "rate": (dims, rates_at.rate, PER_YEAR, "annual rate of overturning"),
+        "rate": (dims, rates_at.rate, PER_YEAR, overturning),
         "probability": (dims, probability_in(rates_at.rate, time), DIMENSIONLESS, text),
         "share_below": (dims, rates_at.share_below, DIMENSIONLESS, "share of the rate from below the hazard's levels"),
         "share_above": (dims, rates_at.share_above, DIMENSIONLESS, "share of the rate from above the hazard's levels"),
@@ -203,16 +202,14 @@ def annual_rate(
         for values in (samples_of_rate for samples_of_rate in sampled if samples_of_rate is not None):
             ends = samples.ends(level, values)
             lower, upper = np.fmin(lower, ends.lower), np.fmax(upper, ends.upper)
-        percent = given_percent(level)
         variables |= {
-            "rate_sample": (samples.dims, samples.values, PER_YEAR, "annual rate of overturning of each sample"),
-            "rate_lower": (dims, lower, PER_YEAR, f"lower end of the {percent} interval of the rate"),
-            "rate_upper": (dims, upper, PER_YEAR, f"upper end of the {percent} interval of the rate"),
+            "rate_sample": (samples.dims, samples.values, PER_YEAR, f"{overturning} of each sample"),
             "samples_used": (dims, used, DIMENSIONLESS, "samples with an estimate"),
         }
-        for side, end in (("lower", lower), ("upper", upper)):
-            long_name = f"{side} end of the {percent} interval of the {text}"
-            variables[f"probability_{side}"] = (dims, probability_in(end, time), DIMENSIONLESS, long_name)
+        for end, values in zip(ENDS[1:], (lower, upper), strict=True):
+            variables[f"rate{end}"] = dims, values, PER_YEAR, of_end(end, overturning, level)
+            chances = probability_in(values, time)
+            variables[f"probability{end}"] = dims, chances, DIMENSIONLESS, of_end(end, text, level)
     shapes = {name: curves.sizes[name] for name in (*dims, "replicate") if name in curves.sizes}
     shapes |= {"bin": edges.size - 1, "realisation": len(hazard.weights or ())}
     configuration = {

@@ -9,8 +9,7 @@ import xarray as xr
 from ...core import checks
 from ...core.elementary import Array, Index, log
 from ...core.parameters import CHANCE, CONFIDENCE, USUAL_CONFIDENCE, USUAL_YEARS
-from ...core.units import DIMENSIONLESS, described, provenance
-from ...core.wording import given_percent
+from ...core.units import DIMENSIONLESS, described, of_end, provenance
 from ..curves.curve import coordinates_on
 from ..fitting.bootstrap import percentile_interval
 from ..fitting.states import CROSSED, NO_RATE, OK, TOO_HIGH, TOO_LOW
@@ -105,7 +104,7 @@ def size_for_rate(
         used = described("samples with a rate of every block")
         variables["samples_used"] = (dims, ends[2], used)
         for name, end in zip(("lower", "upper"), ends[:2], strict=True):
-            long_name = f"{name} end of the {given_percent(level)} interval of the {text} {goal_text}"
+            long_name = of_end(name, f"{text} {goal_text}", level)
             variables[f"{along}_{name}"] = (dims, end, {**attributes, "long_name": long_name})
     configuration = {"target_rate": goal, "along": along, "blocks": sizes.tolist(), "rates": configuration_of(rates)}
     return xr.Dataset(

@@ -9,7 +9,7 @@ import xarray as xr
 from ...core import checks
 from ...core.elementary import Array, exp, log
 from ...core.parameters import BETA_M
-from ...core.units import described
+from ...core.units import ENDS, described
 from ..curves.curve import LognormalCurves, form_name
 from ..fitting.links import LOGNORMAL
 from ..hazard.curve import HazardCurve
@@ -123,7 +123,7 @@ def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
     if beta == 0.0:
         return curves
     plain = [f"{name}_se" for name in ("median", "dispersion")]
-    plain += [f"fractile{end}" for end in ("", "_lower", "_upper")]
+    plain += [f"fractile{end}" for end in ENDS]
     widened = curves.drop_vars([name for name in plain if name in curves])
     text = f"dispersion of motions and model (beta_m = {beta:g})"
     for name in ("dispersion", "dispersion_lower", "dispersion_upper", "dispersion_sample"):

@@ -160,7 +160,6 @@ OF_LAWS = {
 """Properties of laws, with their long names."""
 OF_MEDIAN = "median of the curve through all runs"
 OF_DISPERSION = "lognormal standard deviation of the curve through all runs"
-OF_ENDS = ("", "lower end of the 95 % interval of: ", "upper end of the 95 % interval of: ")
 OF_STOP, OF_ACCOUNT = "why no further motions were run", "what was reached, and what more would bring"
 """Long names of analyses at adaptive levels, of blocks or of a surface."""
 

@@ -10,7 +10,7 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.parameters import CHANCE, CONFIDENCE, USUAL_CONFIDENCE
 from ...core.streams import stream
-from ...core.units import DIMENSIONLESS, described, provenance
+from ...core.units import DIMENSIONLESS, ENDS, described, of_end, provenance
 from ...core.wording import given_percent
 from ..runs.provenance import configuration_of
 from .distributions import Categorical
@@ -185,12 +185,8 @@ def _with_ends(
     name: str, values: Array, half_width: Array, long_name: str, confidence: float
 ) -> dict[str, tuple[Array, str]]:
     """The estimate and the ends of its symmetric interval, with their long names."""
-    of = f"end of the {given_percent(confidence)} interval of the {long_name}"
-    return {
-        name: (values, long_name),
-        f"{name}_lower": (values - half_width, f"lower {of}"),
-        f"{name}_upper": (values + half_width, f"upper {of}"),
-    }
+    of_ends = zip(ENDS, (values, values - half_width, values + half_width), strict=True)
+    return {f"{name}{end}": (value, of_end(end, long_name, confidence)) for end, value in of_ends}
 
 
 def _provenance(analysis: str, inputs: RandomInputs, rest: xr.DataArray, options: dict[str, Any]) -> dict[str, Any]:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Flags, Index, Progress
-from ...core.parameters import PART
+from ...core.parameters import PART, USUAL_CONFIDENCE
+from ...core.units import ENDS, of_end
 from ...models import Block, Law, Model
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
@@ -47,13 +48,15 @@ def undecided_variables(
     n = np.where(known, tested, 1)
     ends = [np.where(known, end, np.nan) for end in wilson_interval(flipped, n)]
     share = np.where(known, flipped / n, np.nan)
+    text = "share of the flags tested that a millionth flips"
     return {
         "perturbed": labelled(
             xr.Variable("motion", perturbed), "whether the runs of the motion were run again, perturbed"
         ),
-        "undecided": labelled(xr.Variable(dims, share), "share of the flags tested that a millionth flips"),
-        "undecided_lower": labelled(xr.Variable(dims, ends[0]), "lower end of its 95 % Wilson interval"),
-        "undecided_upper": labelled(xr.Variable(dims, ends[1]), "upper end of its 95 % Wilson interval"),
+        **{
+            f"undecided{end}": labelled(xr.Variable(dims, values), of_end(end, text, USUAL_CONFIDENCE, "Wilson"))
+            for end, values in zip(ENDS, (share, *ends), strict=True)
+        },
     }
 
 

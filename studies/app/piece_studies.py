@@ -24,6 +24,7 @@ from pydantic import ValidationError
 from ...core.aliases import Array
 from ...core.doubts import noted
 from ...core.parameters import declared
+from ...core.units import ENDS
 from ...fragility import curve_probability, probability_in
 from ...fragility.analyses.analysis import Design as Scaled
 from ...fragility.curves.curve import LEAST
@@ -383,7 +384,7 @@ def remedies_in(results: xr.Dataset, tables: Mapping[str, Any]) -> list[Remedy]:
     case = case.isel({dim: 0 for dim in ("floor",) if dim in case["risk_probability"].dims})
     remedies = []
     for i, name in enumerate(map(str, case["block"].values)):
-        values = [float(case[f"risk_probability{end}"][i]) for end in ("", "_lower", "_upper")]
+        values = [float(case[f"risk_probability{end}"][i]) for end in ENDS]
         cost = tables.get(name, {}).get("cost", math.nan) if name != FREE else 0.0
         remedies.append(Remedy(name, float(cost), *values))
     return remedies

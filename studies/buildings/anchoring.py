@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Array, Flags, Index
-from ...core.units import DIMENSIONLESS, PER_YEAR, described
+from ...core.units import DIMENSIONLESS, ENDS, PER_YEAR, described, of_end
 from ...core.wording import given_percent
 from ...fragility.curves.means import REPLICATES, resampled_means
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
@@ -219,9 +219,10 @@ def _savings(
     by = "saving over cost" if per_cost else "saving"
     share = np.divide(mean, total[:, None], out=np.full(mean.shape, np.nan), where=total[:, None] > 0.0)
     columns = {
-        "saving": (mean, units, f"saved by anchoring it alone of: {text}"),
-        "saving_lower": (lower, units, f"lower end of the {percent} interval of the saving"),
-        "saving_upper": (upper, units, f"upper end of the {percent} interval of the saving"),
+        **{
+            f"saving{end}": (values, units, of_end(end, f"saved by anchoring it alone of: {text}", confidence))
+            for end, values in zip(ENDS, (mean, lower, upper), strict=True)
+        },
         "saving_share": (share, DIMENSIONLESS, "saving over all that anchoring could save"),
         "alone": (alone, units, f"if it stood alone: {text}"),
         "rank": (_ranks(score_of(mean, price), alone), DIMENSIONLESS, f"rank by {by}, 1 is the first to anchor"),
@@ -247,7 +248,6 @@ def _stepped(
 ) -> dict[str, xr.Variable]:
     """Return the variables on (model, step), for an objective of some unit and words."""
     units, text = objective
-    percent = given_percent(precision.confidence)
     mean, lower, upper = precision.of_means(left, most)
     models = order.shape[0]
     names = np.concatenate([np.full((models, 1), "", dtype=object), labels[order]], axis=1)
@@ -255,9 +255,10 @@ def _stepped(
     money = assessment["anchoring_cost"].attrs["units"]
     columns = {
         "anchored_block": (names, DIMENSIONLESS, "item anchored at the step"),
-        "left": (mean, units, f"what is left: {text}"),
-        "left_lower": (lower, units, f"lower end of the {percent} interval of what is left"),
-        "left_upper": (upper, units, f"upper end of the {percent} interval of what is left"),
+        **{
+            f"left{end}": (values, units, of_end(end, f"what is left: {text}", precision.confidence))
+            for end, values in zip(ENDS, (mean, lower, upper), strict=True)
+        },
         "total_cost": (spent, money, "cost of all that is anchored then"),
     }
     return {name: variable(("model", "step"), *column) for name, column in columns.items()}

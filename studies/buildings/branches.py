@@ -10,9 +10,9 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-import scipy
 
 from ...core.elementary import Array, Flags, Index, times
 from ...core.streams import key_of, stream

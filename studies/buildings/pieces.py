@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.elementary import Array, Flags, tan
-from ...core.units import DIMENSIONLESS, NEWTON
+from ...core.units import DIMENSIONLESS, ENDS, NEWTON
 from ...fragility.fitting.isotonic import crossings, isotonic_probabilities
 from ...fragility.validity.slab_screen import SQUAT_RATIO
 from ...motions import Building
@@ -152,7 +152,7 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     of, name = of_law, "rate"
     if not yearly:
         of, name = of_law.sel(level=float(results.attrs["at_level"])), "probability"
-    chances = np.stack([of[f"{name}{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
+    chances = np.stack([of[f"{name}{end}"].values for end in ENDS], axis=-1)
     safety = str(results.attrs.get("safety", JOINT.join(SAFETY))).split(JOINT)
     observed = of_law["probability"].transpose("block", "level").values
     levels = of_law["level"].values
@@ -259,7 +259,7 @@ def _carried(results: xr.Dataset, support: str) -> float:
 
 def _range(values: xr.Dataset, name: str, at: int | tuple[()] = ()) -> Range:
     """Return a value of a line with the ends of its interval."""
-    return Range(*(float(values[f"{name}{end}"].values[at]) for end in ("", "_lower", "_upper")))
+    return Range(*(float(values[f"{name}{end}"].values[at]) for end in ENDS))
 
 
 def _a_year(results: xr.Dataset, quantity: str, i: int) -> Range:

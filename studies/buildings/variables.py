@@ -13,8 +13,7 @@ import xarray as xr
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, times
 from ...core.parameters import CONFIDENCE
-from ...core.units import DIMENSIONLESS, PER_YEAR, described
-from ...core.wording import given_percent
+from ...core.units import DIMENSIONLESS, ENDS, PER_YEAR, described, of_end
 from ...fragility.curves.means import RESAMPLES, mean_interval, quantiles, share_error
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.curve import HazardCurve
@@ -482,11 +481,9 @@ def with_interval(
             least = np.flip(np.fmax.accumulate(np.flip(lower, axis), axis), axis)
             lower = np.where(np.isnan(lower), lower, least)
             upper = np.where(np.isnan(upper), upper, np.fmin.accumulate(upper, axis))
-    percent = given_percent(precision.confidence)
     return {
-        name: variable(dims, value, units, long_name),
-        f"{name}_lower": variable(dims, lower, units, f"lower end of the {percent} interval: {long_name}"),
-        f"{name}_upper": variable(dims, upper, units, f"upper end of the {percent} interval: {long_name}"),
+        f"{name}{end}": variable(dims, values_of_end, units, of_end(end, long_name, precision.confidence))
+        for end, values_of_end in zip(ENDS, (value, lower, upper), strict=True)
     }
 
 

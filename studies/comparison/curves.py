@@ -12,7 +12,7 @@ import xarray as xr
 
 from ...core.aliases import Array
 from ...core.facts import Fact
-from ...core.units import DIMENSIONLESS, PER_YEAR
+from ...core.units import DIMENSIONLESS, ENDS, PER_YEAR
 from ...fragility.analyses.surface_results import POOLED
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.curves.curve import UPLIFT
@@ -52,7 +52,7 @@ class Curves(NamedTuple):
 
     def value(self, name: str, at: Place) -> Range:
         """Return a number of the results with its interval."""
-        ends = [f"{name}{end}" for end in ("", "_lower", "_upper")]
+        ends = [f"{name}{end}" for end in ENDS]
         held = self.side.results
         return Range(*(float(_spread(held[end]).values[at]) if end in held else math.nan for end in ends))
 

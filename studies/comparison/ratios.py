@@ -10,11 +10,12 @@ import numpy as np
 
 from ...core.aliases import Array
 from ...core.facts import Fact
+from ...core.units import ENDS
 from ...fragility.risk.ratios import ratio_of
 from ..buildings.recommendations import Range
 from ..facts.say import say
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, UNKNOWN, verdict_of
-from ..tables.table import ENDS, INTERVALS, Cells, Column, Row, Table, Value
+from ..tables.table import INTERVALS, Cells, Column, Row, Table, Value
 from .sides import Matched
 
 REGISTER = "comparison"

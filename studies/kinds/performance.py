@@ -13,7 +13,7 @@ import xarray as xr
 from ...core.aliases import Array, Progress
 from ...core.doubts import Doubt
 from ...core.facts import Fact, stored
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, ENDS
 from ...core.wording import counted
 from ...fragility import HazardCurve
 from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
@@ -605,9 +605,7 @@ class PerformanceStudy(Study):
         if self.inventory.carried and "annual_loss" in assessed:
             of_money = anchoring(assessed, "loss", **drawn, array=client.array)
             of_all = of_money.reindex(block=assessed["block"])
-            assessed = assessed.assign(
-                {f"{ANNUAL_SAVING}{end}": of_all[f"saving{end}"] for end in ("", "_lower", "_upper")}
-            )
+            assessed = assessed.assign({f"{ANNUAL_SAVING}{end}": of_all[f"saving{end}"] for end in ENDS})
         whole = ranked.reindex(block=assessed["block"])
         facts = [*notes(assessed), *sideways_notes(assessed), *item_slide_notes(assessed, self.inventory), *facts]
         if self.hazard is not None:

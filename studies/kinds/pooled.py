@@ -13,7 +13,7 @@ from ...core.doubts import Doubt
 from ...core.elementary import expm1
 from ...core.facts import Fact, doubted, stored
 from ...core.parameters import USUAL_CONFIDENCE
-from ...core.units import described
+from ...core.units import ENDS, described, of_end
 from ...core.wording import counted, years_text
 from ...fragility.analyses.pooled import checked_plan
 from ...fragility.fitting.states import OK, OVERTURNED, state_name
@@ -171,7 +171,7 @@ class PooledStudy(BlockStudy):
             f"risk_probability{end}": (
                 ("block", "model"),
                 -expm1(-years * curves[f"rate{end}"].values),
-                described(text + words),
+                described(of_end(end, text)),
             )
-            for end, words in (("", ""), ("_lower", ", lower end"), ("_upper", ", upper end"))
+            for end in ENDS
         }

@@ -9,6 +9,7 @@ import xarray as xr
 
 from ...core.aliases import Progress
 from ...core.facts import doubted, stored
+from ...core.units import ENDS
 from ...core.wording import counted
 from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
@@ -22,7 +23,7 @@ from ...motions.arrays import LIFTS
 from ..file.schema import StudyFile
 from ..plan.adaptive_slides import SLIP_HALF, adaptive_slides, groups
 from ..plan.designs import Sequential
-from ..plan.form_free import ENDS, form_free, modelling_factor
+from ..plan.form_free import form_free, modelling_factor
 from ..plan.risk import Risk, without_replicates
 from ..plan.slides import in_plane, slide_notes
 from ..text.axes import axis_notes

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, Index, log
-from ...core.units import ACCELERATION, DIMENSIONLESS, NEWTON, PER_YEAR
+from ...core.units import ACCELERATION, DIMENSIONLESS, ENDS, NEWTON, PER_YEAR
 from ...fragility import HazardCurve
 from ...fragility.curves.means import resampled_means
 from ...fragility.numerics.slabs import in_memory
@@ -39,7 +39,6 @@ from ..inventory.contents import Inventory
 from ..inventory.kits import Kit
 from ..plan.design_shaking import at_level, design_level
 
-ENDS = ("", "_lower", "_upper")
 AT_LEVELS = {
     "kit_probability": (ENDS[:1], "probability", "probability that a piece with the kit overturns"),
     "kit_front_probability": (ENDS[:1], "front_probability", "probability that a piece with the kit overturns forward"),

@@ -9,7 +9,7 @@ import xarray as xr
 
 from ...core.aliases import Array
 from ...core.facts import Fact, doubted
-from ...core.units import DIMENSIONLESS, METRE, PER_YEAR, described
+from ...core.units import DIMENSIONLESS, ENDS, METRE, PER_YEAR, described
 from ...fragility import Slip
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE
 from ...fragility.runs.labels import OF_ACCOUNT, OF_STOP
@@ -28,7 +28,7 @@ from ..text.precision import (
 from .designs import Sequential
 from .estimates import Fit
 from .risk import Risk
-from .slides import ENDS, INSTEAD, SLIP, SLIP_RATE, Slides, free_of, gated
+from .slides import INSTEAD, SLIP, SLIP_RATE, Slides, free_of, gated
 
 SLIP_HALF, SLIP_DISPERSION = "slip_half_level", "slip_dispersion"
 """Variables: of the curve of a slip of a block that slides, on (block, slip)."""

@@ -7,6 +7,7 @@ import xarray as xr
 
 from ...core.facts import Fact
 from ...core.parameters import USUAL_CONFIDENCE
+from ...core.units import ENDS
 from ...core.wording import listed_name
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.hazard.poisson import probability_in
@@ -19,7 +20,6 @@ from .risk import Risk
 
 FITTED = "fitted_"
 """Prefix of the rate and the probability of the fitted curve, if the results' own are without a form of curve."""
-ENDS = ("", "_lower", "_upper")
 OF_THE_MEAN = Fact("rate.mean_hazard")
 """Fact of rates at the mean of several hazard curves."""
 OF_CURVE = (

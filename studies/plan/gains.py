@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from ...core.units import described
+from ...core.units import ENDS, described, of_end
 from ...core.wording import years_text
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
@@ -74,10 +74,8 @@ def gains_of_rates(rates: xr.Dataset, years: float, blocks: Sequence[Block], con
     values = np.moveaxis(ratios, 1, 1 + at)
     return xr.Dataset(
         {
-            f"{GAIN}{end}": (dims, value, described(f"{name}{text}"))
-            for end, name, value in zip(
-                ("", "_lower", "_upper"), ("", "lower end of the ", "upper end of the "), values, strict=True
-            )
+            f"{GAIN}{end}": (dims, value, described(of_end(end, text, confidence)))
+            for end, value in zip(ENDS, values, strict=True)
         },
         {OTHER: ("block", [blocks[pairs[i]].label if i in pairs else "" for i in range(len(blocks))], OTHER_TEXT)},
     )

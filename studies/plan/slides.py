@@ -11,7 +11,7 @@ import xarray as xr
 
 from ...core.aliases import Array
 from ...core.facts import Fact, doubted
-from ...core.units import DIMENSIONLESS, METRE, PER_YEAR, described
+from ...core.units import DIMENSIONLESS, ENDS, METRE, PER_YEAR, described, of_end
 from ...core.wording import years_text
 from ...fragility import Slip, fit_fragility, overturning_probability, probability_in, reached, slide_runs
 from ...fragility.analyses.sliding import SLIDES_ON
@@ -49,7 +49,6 @@ DAMAGE = {0.05: "touches a neighbour", 0.10: "tears its service line", 0.30: "bl
 DISTANCES = tuple(DAMAGE)
 LARGE = 0.1
 """Chance of a friction just above b/h from which on a block is named."""
-ENDS = ("", "_lower", "_upper")
 
 
 @dataclass(frozen=True)
@@ -412,8 +411,7 @@ def is_free(block: Block) -> bool:
 
 def _named(values: xr.DataArray, text: str, end: str) -> xr.DataArray:
     """Return values without other coordinates, as the estimate or an end of the interval of `text`."""
-    name = f"{end[1:]} end of the interval of the {text}" if end else text
-    return bare(values).assign_attrs(units=values.attrs["units"], long_name=name)
+    return bare(values).assign_attrs(units=values.attrs["units"], long_name=of_end(end, text))
 
 
 def _stacked(values: Sequence[xr.DataArray], text: str, end: str) -> xr.DataArray:

@@ -11,6 +11,7 @@ from matplotlib.ticker import FuncFormatter
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.units import ENDS
 from ...core.wording import counted, currency_of, percent, short_digits
 from ..buildings.pieces import SORTS, pieces_of
 from ..tables.assessment import MARK, MARKED, doubtful_items, fallen_word, objective_unit, pieces_at, place_name
@@ -103,7 +104,7 @@ def _levels(results: xr.Dataset, laws: list[selection.DrawnLaw], quantity: str, 
             ax.fill_between(x, quantile[:, 0], quantile[:, -1], color=band, alpha=alpha, lw=0.0, label=text)
             if not single:
                 ax.plot(x, quantile[:, [0, -1]], color=band, lw=0.7, ls=law.line)
-        mean, lower, upper = (at_place[f"{quantity}_mean{end}"].values for end in ("", "_lower", "_upper"))
+        mean, lower, upper = (at_place[f"{quantity}_mean{end}"].values for end in ENDS)
         errors = np.nan_to_num(np.maximum(np.stack([mean - lower, upper - mean]), 0.0))
         style: dict[str, Any] = {"ms": 3.5, "lw": 1.5, "elinewidth": 0.9, "ls": "solid" if single else law.line}
         text = "mean" if single else law.label
@@ -148,7 +149,7 @@ def _exceedance(
     edges: list[float] = []
     for k, (where, label, drawn, colour, line) in enumerate(lines):
         of_law = drawn.sel(place=where)
-        rate, low, high = (of_law[f"{quantity}_rate{end}"].values for end in ("", "_lower", "_upper"))
+        rate, low, high = (of_law[f"{quantity}_rate{end}"].values for end in ENDS)
         if not (rate > 0.0).any():
             continue
         most = _value(of_law, where) if quantity == "loss" else float(pieces_at(of_law, where))
@@ -305,7 +306,7 @@ def bars(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> Axes:
     high = 0.78 / len(laws)
     for i, law in enumerate(laws):
         ordered = law.results.isel(block=order)
-        saving, lower, upper = (ordered[f"saving{end}"].values * scale for end in ("", "_lower", "_upper"))
+        saving, lower, upper = (ordered[f"saving{end}"].values * scale for end in ENDS)
         y = np.arange(len(order)) + high * (i - 0.5 * (len(laws) - 1))
         # (a black interval could not be seen on a black bar)
         colour = axes.GREY if law.colour == axes.REFERENCE[0] else law.colour
@@ -337,7 +338,7 @@ def remainder(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> 
         steps = law.results
         step = steps["total_cost"].values if paid else ranking["step"].values
         last = max(last, float(step[-1]))
-        amount, *ends = (steps[f"left{end}"].values * scale for end in ("", "_lower", "_upper"))
+        amount, *ends = (steps[f"left{end}"].values * scale for end in ENDS)
         low, high = (np.where(np.isfinite(end), end, amount) for end in ends)
         ax.fill_between(step, low, high, color=law.colour, alpha=0.15, lw=0.0)
         ax.plot(step, amount, ms=3.5, lw=1.5, label=law.label or None, color=law.colour, marker=law.marker, ls=law.line)

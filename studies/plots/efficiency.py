@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ...core.units import ENDS
 from ...core.wording import percent
 from ..plan.estimates import RANK, ranking_of_measures
 from ..text.words import measure_at
@@ -61,7 +62,7 @@ def ranking(
         ax.axvline(best, color="0.7", lw=0.8, ls=(0, (4, 2)), zorder=0)
     for y in range(ordered.sizes["measure"]):
         measure = ordered.isel(measure=y)
-        value, low, high = (measure[f"amplitude_dispersion{end}"].item() for end in ("", "_lower", "_upper"))
+        value, low, high = (measure[f"amplitude_dispersion{end}"].item() for end in ENDS)
         if math.isnan(value):
             ax.annotate(str(measure["status"].item()), (0.02, y), xycoords=("axes fraction", "data"), va="center")
             continue

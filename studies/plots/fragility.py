@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from ...core.aliases import Array
 from ...core.parameters import USUAL_CONFIDENCE
+from ...core.units import ENDS
 from ...core.wording import percent
 from ...fragility.curves.curve import TABULATED
 from ...fragility.fitting.states import OVERTURNED, State, flags_of, needed_output, state_name, state_named
@@ -365,7 +366,7 @@ def laws_figure(results: xr.Dataset) -> Figure:
     """Return the figure of medians under every law over the median under the reference, a panel for each block."""
     laws, at = selection.laws(results), reference_law(results)[0]
     order = [at, *(i for i in range(len(laws)) if i != at)]
-    wanted = [f"half_level{end}" for end in ("", "_lower", "_upper") if f"half_level{end}" in results]
+    wanted = [f"half_level{end}" for end in ENDS if f"half_level{end}" in results]
     shown = results[wanted].isel(model=order)
     scale, unit = display_unit(_axis(results))
     every = [(str(block), floor) for block in results["block"].values for floor in selection.floors(results)]

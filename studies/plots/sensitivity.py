@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.units import ENDS
 from ...core.wording import confidence_text, counted
 from ..buildings.variables import level_index
 from ..file.uncertainty import RIGID
@@ -45,7 +46,7 @@ def _tornado(ax: Axes, y: Array, law: selection.DrawnLaw) -> None:
 
 def _sobol(ax: Axes, y: Array, law: selection.DrawnLaw) -> None:
     """Draw total Sobol' indices of the probability of overturning with their intervals."""
-    total, lower, upper = (law.results[f"sobol_total{end}"].values for end in ("", "_lower", "_upper"))
+    total, lower, upper = (law.results[f"sobol_total{end}"].values for end in ENDS)
     ends = [total - lower, upper - total]
     ax.errorbar(total, y, xerr=ends, fmt=law.marker, color=law.colour, ms=5.0, lw=1.2, label=law.label)
 

@@ -9,7 +9,7 @@ from pandas.errors import InvalidIndexError
 
 from ... import fragility
 from ...core.labelled import spare_dask
-from ...core.units import SCHEMA
+from ...core.units import ENDS, SCHEMA
 from ...core.wording import with_article
 from ..store.folder import UNREADABLE, damaged, reading
 from ..store.netcdf import opened
@@ -81,7 +81,7 @@ def _with_half_levels(stored: xr.Dataset) -> xr.Dataset:
     # (the fit loads the compiler, which pages of newer results do without)
     confidence = float(stored.attrs["confidence"])
     counted = fragility.fit_fragility(stored[["overturnings", "runs"]], confidence, intervals="wald")
-    return stored.assign({f"half_level{end}": counted[f"half_level{end}"] for end in ("", "_lower", "_upper")})
+    return stored.assign({f"half_level{end}": counted[f"half_level{end}"] for end in ENDS})
 
 
 def without_motions(results: xr.Dataset) -> xr.Dataset:

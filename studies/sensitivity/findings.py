@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.elementary import Array, Flags, Index, exp, log, times
-from ...core.units import HERTZ, described
+from ...core.units import ENDS, HERTZ, described, of_end
 from ...core.wording import given_percent
 from ...fragility import binomial_interval, fit_fragility, overturning_probability
 from ...fragility.fitting.bootstrap import draw_clusters, percentile_interval
@@ -171,7 +171,7 @@ def findings(
 
     def compared(what: str, on: tuple[str, ...], parts: list[tuple[Array, Array, Array]], text: str) -> None:
         dims = ("block", "model", "value", *on, "comparison")
-        for i, suffix in enumerate(("", "_lower", "_upper")):
+        for i, suffix in enumerate(ENDS):
             long_name = (
                 text if not suffix else f"{suffix[1:]} end of the {given_percent(confidence)} interval of the {text}"
             )
@@ -227,9 +227,9 @@ def _sensitivity(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep: Swe
         ("median_swing", swings, "largest over smallest median"),
         ("median_trend", trends, f"factor on the median of {step}"),
     ):
-        for suffix, part in zip(("", "_lower", "_upper"), parts, strict=True):
-            long_name = text if not suffix else f"{suffix[1:]} end of the interval of the {text}"
-            variables[f"{name}{suffix}"] = (("block", "model", "span"), part, described(long_name))
+        for end, part in zip(ENDS, parts, strict=True):
+            long_name = of_end(end, text, sweep.confidence)
+            variables[f"{name}{end}"] = (("block", "model", "span"), part, described(long_name))
     return variables
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.units import PER_YEAR
+from ...core.units import ENDS, PER_YEAR
 from ...core.wording import given_percent, percent, years_text
 from ...fragility import curve_probability
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE as UNTIL_RATE
@@ -35,7 +35,6 @@ from ..text.words import (
     measure_name,
 )
 from .table import (
-    ENDS,
     Cells,
     Column,
     Marked,

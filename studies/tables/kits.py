@@ -5,7 +5,7 @@ from itertools import product
 
 import xarray as xr
 
-from ...core.units import STANDARD_GRAVITY
+from ...core.units import ENDS, STANDARD_GRAVITY
 from ...core.wording import currency_of, given_number, given_percent
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import NOT_KNOWN, NOTHING, YEARS, Piece, Range
@@ -15,7 +15,7 @@ from ..text.words import floor_cell, floor_name, level_text, reference_law
 from .assessment import bound_of, most_probability
 from .pieces import MOST_ROWS, MOST_SHORT, bounded
 from .restraints import breaks_by_level
-from .table import ENDS, Cells, Column, Row, Table, Value, chance_in, intervals, range_of
+from .table import Cells, Column, Row, Table, Value, chance_in, intervals, range_of
 
 AS_IT_IS = "as it is"
 SETS = ("budget", "target")

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from ...core.units import ENDS
 from ...core.wording import about_percent, currency_of, given_percent
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..buildings.pieces import SHARES, pieces_of
@@ -17,7 +18,7 @@ from ..plan.slides import GATED, GATED_RATE, INSTEAD, TRIP, TRIP_DISTANCE, TRIP_
 from ..text.spread import MODEL_RANGE, OUTER, model_note
 from ..text.words import consequence_name, display_unit, floor_cell, level_name, level_text, reference_law, roof_of
 from .assessment import DRAWN, bound_of, most_rate, span
-from .table import ENDS, Cells, Column, Row, Table, Value, chance_in, ends_of, intervals, range_of, tilted
+from .table import Cells, Column, Row, Table, Value, chance_in, ends_of, intervals, range_of, tilted
 
 BRANCHES = (
     "Chances are means and 90 % ranges over all stated uncertainties. Other numbers are of one law, one set of motions "

@@ -8,13 +8,14 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...core.units import ENDS
 from ...fragility.risk.ratios import Ratio
 from ..buildings.recommendations import Range
 from ..plan.gains import GAIN, MOST, OTHER
 from ..plan.ratios import verdict_of
 from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
 from ..text.words import by_place, display_unit, floor_name, quantity_name, reference_law
-from .table import ENDS, Cells, Column, Table, intervals, range_of
+from .table import Cells, Column, Table, intervals, range_of
 
 
 class Gain(NamedTuple):

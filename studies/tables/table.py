@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.doubts import first_of
+from ...core.units import ENDS
 from ...core.wording import (
     about_percent,
     about_years,
@@ -35,7 +36,6 @@ from ..text.names import clean
 from ..text.reached import BELOW, FLAT
 from ..text.words import NOT_REACHED, block_title
 
-ENDS = "", "_lower", "_upper"
 DASH = "–"
 """Cell of a value that is not known or does not apply."""
 FEWEST_ALIKE = 3

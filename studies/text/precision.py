@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...core.aliases import Index
 from ...core.facts import Fact
+from ...core.units import ENDS
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE, TARGETS
 from ...fragility.surfaces.gain import Gain, gain_words
@@ -77,7 +78,7 @@ def reached_by(results: xr.Dataset) -> list[Reached]:
     target, _ = asked_of(results)
 
     def ends(curve: xr.Dataset, name: str) -> tuple[float, float, float]:
-        value, low, high = (float(curve[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+        value, low, high = (float(curve[f"{name}{end}"]) for end in ENDS)
         return value, low, high
 
     reached = [
@@ -146,6 +147,6 @@ def measure_notes(runs: xr.Dataset) -> list[Fact]:
     motions = runs["motions_run"]
     where = np.unravel_index(int(np.argmax(motions.values)), motions.shape)
     slowest = runs.isel(dict(zip(motions.dims, where, strict=True)))
-    table = np.stack([slowest[f"measure_gain{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
+    table = np.stack([slowest[f"measure_gain{end}"].values for end in ENDS], axis=-1)
     words = gain_words(slowest["other_measure"].values.tolist(), [Gain(*row) for row in table.tolist()])
     return [Fact("adaptive.other_measure", names=(words,))] if words else []

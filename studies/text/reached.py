@@ -39,7 +39,6 @@ def other_levels(study: Mapping[str, Any], higher: bool, run: tuple[float, float
 
 BELOW = "below all levels"
 """Instead of a level below the lowest level of the runs."""
-ENDS = "", "_lower", "_upper"
 NO_LEVEL = {OK: "too few runs fell or stood near it"}  # why no level of half has been found, by status
 FLAT = 10.0
 """Dispersion beyond which a curve is flat: one standard deviation is a factor of 22,000 in the level."""
