@@ -15,7 +15,7 @@ from ...fragility.risk.ratios import ratio_of
 from ..buildings.recommendations import Range
 from ..facts.say import say
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, UNKNOWN, verdict_of
-from ..tables.table import INTERVALS, Cells, Column, Row, Table, Value
+from ..tables.table import Cells, Column, Row, Table, Value, footnote
 from .sides import Matched
 
 REGISTER = "comparison"
@@ -54,7 +54,7 @@ def table_of(lines: Sequence[Line], quantities: Sequence[Quantity], confidence: 
     notes = [Fact("comparison.largest", MOST_ROWS, more={"of": len(of_names)})] if len(kept) < len(of_names) else []
     notes += [Fact("comparison.higher_level")] if first.name == HALF else []
     title = "The whole building" if first.whole else _title(first)
-    return Table.of(title, rows, INTERVALS.format(confidence), *(say(fact, REGISTER) for fact in notes))
+    return Table.of(title, rows, footnote("intervals", confidence), *(say(fact, REGISTER) for fact in notes))
 
 
 def _title(quantity: Quantity) -> str:

@@ -16,7 +16,7 @@ from ..buildings.recommendations import YEARS, Range
 from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, level_index
 from ..inventory.consequences import Consequence
 from ..text.words import axis_of, consequence_name, floor_name, level_name, level_text
-from .table import Cells, Column, Row, Table, Value, intervals, range_of
+from .table import Cells, Column, Row, Table, Value, footnote, intervals, range_of
 
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
 """Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
@@ -77,7 +77,7 @@ def at_level(assessment: xr.Dataset, level: float, model: int = 0) -> Table:
         row[Column("loss", "lost", "amount", currency_of(at_its_level))] = _stated(values, "loss_mean")
         row |= {Column(name, heading, "amount"): _stated(values, f"{name}_mean") for name, heading in DRAWN.items()}
         rows.append(row | {Column("any", "anything falls", "share"): _chance(values, "any_probability")})
-    note = f"±: {OF_DRAWS} of pieces." if drawn else ""
+    note = footnote("draws", OF_DRAWS) if drawn else ""
     return Table.of(
         f"Expected {at_the_level(assessment, level)}", rows, intervals(at_its_level), note, dash=CANNOT_FALL
     )

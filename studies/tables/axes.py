@@ -9,7 +9,7 @@ from ...fragility.runs.outputs import AXIS
 from ..buildings.variables import SIDEWAYS
 from ..text.block_order import shown
 from ..text.words import reference_law
-from .table import Cells, Column, Table, Value
+from .table import Cells, Column, Table, Value, footnote
 
 MOST = 100
 """Most pieces in the table."""
@@ -32,8 +32,8 @@ def axes(results: xr.Dataset) -> Table:
         }
         for name, falls, width, depth in (_of_blocks(of_law) if AXIS in of_law else _of_items(of_law))
     ]
-    note = "Falls are shares of the runs at all levels." if AXIS in of_law else ""
-    return Table.of("Axes of the falls", rows, note, f"Law: {of_law['model'].item()}.", most=MOST)
+    note = footnote("shares_of_runs") if AXIS in of_law else ""
+    return Table.of("Axes of the falls", rows, note, footnote("law", of_law["model"].item()), most=MOST)
 
 
 def _of_blocks(of_law: xr.Dataset) -> Iterator[tuple[str, Value, Value, Value]]:

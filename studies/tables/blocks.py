@@ -26,6 +26,7 @@ from .table import (
     chosen,
     dispersion_of,
     ends_of,
+    footnote,
     intervals,
     range_of,
     tilted,
@@ -33,21 +34,16 @@ from .table import (
 
 MOST, MOST_SHORT = 14, 8
 """Most blocks that a page shows all of; the first blocks of more, and most lines on a terminal."""
-ALL_BLOCKS = "“toppling export” writes all blocks."
 LEAD = "block", "floor", "level", "samples", "chance", "model_range"
 SHORT = "block", "floor", "level", "others", "chance", "model_range"
 NOT_FOUND = {ALL: "at every level", NONE: "never seen"}
 """Text instead of a level, by the status of the curve."""
-BEYOND = "{}: {} of the rate comes from shaking {}."
-BEYOND_CURVE, BEYOND_RUNS = "beyond the hazard curve", "outside the levels of the runs"
-BOTH_WAYS = "†: it may also fall the other way; such falls are not counted, so half need not fall at any level."
-BRANCHES = "Chances have 90 % ranges over all stated uncertainties."
 
 
 def lead_blocks(results: xr.Dataset) -> Table:
     """Return the table of a page's first part."""
     every = results.sizes["block"] <= MOST
-    return blocks(results, MOST if every else MOST_SHORT).only(*LEAD).noted(*([] if every else [ALL_BLOCKS]))
+    return blocks(results, MOST if every else MOST_SHORT).only(*LEAD).noted(*([] if every else [footnote("export")]))
 
 
 def short_blocks(results: xr.Dataset) -> Table:
@@ -108,17 +104,13 @@ def blocks(results: xr.Dataset, most: int) -> Table:
         if has_model_range(selected, ranged):
             row[of_range] = _model_range(curve, laws, ranged, scale, float(results.attrs.get("years", 0.0)))
         rows.append(row)
-    notes = [BRANCHES] if "epistemic_rate" in selected else []
-    for mark, shares_of, where in (("*", starred, BEYOND_CURVE), ("‡", extrapolated, BEYOND_RUNS)):
+    notes = [footnote("chances_over_branches")] if "epistemic_rate" in selected else []
+    for mark, shares_of, where in (("*", starred, "beyond_hazard"), ("‡", extrapolated, "beyond_runs")):
         ends = dict.fromkeys(about_percent(share) for share in (min(shares_of), max(shares_of))) if shares_of else {}
-        notes += [BEYOND.format(mark, " to ".join(ends), where)] if ends else []
-    notes += [BOTH_WAYS] if any(str(block) in either for block in selected["block"].values) else []
-    notes += (
-        [f"Not reliable: the {selected.attrs['form']} curves rise to 1, see validity."]
-        if FORCED in selected.attrs
-        else []
-    )
-    notes += ["Rates do not assume a form of curve."] if FITTED_RATE in selected else []
+        notes += [footnote(where, mark, " to ".join(ends))] if ends else []
+    notes += [footnote("both_ways")] if any(str(block) in either for block in selected["block"].values) else []
+    notes += [footnote("forced", selected.attrs["form"])] if FORCED in selected.attrs else []
+    notes += [footnote("form_free")] if FITTED_RATE in selected else []
     return Table.of("Blocks", rows, intervals(selected), *notes, tilted(selected), chosen(selected))
 
 

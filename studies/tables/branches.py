@@ -12,7 +12,7 @@ from ..text.curve_notes import branches_beyond, state_in, verb_in
 from ..text.spread import SOURCES, building_spread, rates_of_building, rates_of_consequences, sources
 from ..text.words import by_place
 from .assessment import place_name, span
-from .table import Cells, Column, Table
+from .table import Cells, Column, Table, footnote
 
 MOST = 30
 """Most places and pieces in the table of rates over branches; the results have all of them."""
@@ -57,9 +57,9 @@ def _rates(title: str, rated: xr.Dataset) -> Table:
     return Table.of(
         title,
         rows,
-        f"Numbers are mean years between two {events} over {rated.sizes['branch']:,} weighted branches.",
-        "The last columns are the parts of the spread that each source explains.",
-        f"The branches include β_m = {beta:g}." if beta and str(rated.attrs.get("modelling")) == "fractiles" else "",
+        footnote("years_between", events, rated.sizes["branch"]),
+        footnote("parts_of_spread"),
+        footnote("branches_modelling", beta) if beta and str(rated.attrs.get("modelling")) == "fractiles" else "",
         f"{beyond}." if beyond else "",
     )
 
@@ -85,5 +85,5 @@ def amount_branches(results: xr.Dataset) -> Table:
             **{Column(percent, percent, "two"): end for percent, end in zip(percents, values, strict=True)},
             Column("parts", "largest parts of the range"): ", ".join(largest),
         })  # fmt: skip
-    note = f"There are {results.sizes['branch']:,} weighted branches."
+    note = footnote("branches", results.sizes["branch"])
     return Table.of("Expected per year over all branches", rows, note)

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
+from ...core.parameters import USUAL_CONFIDENCE
 from ...core.units import ENDS, PER_YEAR
 from ...core.wording import given_percent, percent, years_text
 from ...fragility import curve_probability
@@ -45,6 +46,7 @@ from .table import (
     chosen,
     dispersion_of,
     ends_of,
+    footnote,
     intervals,
     range_of,
 )
@@ -79,8 +81,8 @@ def curves(results: xr.Dataset) -> Table:
                 row[Column("samples", "medians of 90 % of the samples", "level", unit)] = samples
             rows.append(row | (_rates(curve, years) if yearly else {}))
     notes = (
-        "Dispersions are of the blocks that uplift." if "uplift_median" in selected else "",
-        "The curves include the variation of motions and inputs." if "sample_median" in selected else "",
+        footnote("uplifted") if "uplift_median" in selected else "",
+        footnote("inputs") if "sample_median" in selected else "",
     )
     title = "Fragility curves and rates" if yearly else "Fragility curves"
     return Table.of(title, rows, intervals(selected), *notes, chosen(selected))
@@ -194,11 +196,13 @@ def measures(results: xr.Dataset, most: int = 4) -> Table:
     for row in lines:
         row["measure"] = str(row["measure"]).removesuffix(common)
     columns = Column("measure", f"measure{common}"), *(Column(law, law, "dispersion") for law in names)
-    best = f"The table has the best {most} of up to {number} measures." if number > most else ""
-    return Table("Dispersion by intensity measure", columns, rows, [*filter(None, (SAME, best, chosen(ranking)))])
-
-
-SAME = "≈: not distinguished from the best."
+    best = footnote("best_measures", most, number) if number > most else ""
+    return Table(
+        "Dispersion by intensity measure",
+        columns,
+        rows,
+        [*filter(None, (footnote("same_measures"), best, chosen(ranking)))],
+    )
 
 
 def precision(results: xr.Dataset) -> Table:
@@ -226,9 +230,11 @@ def precision(results: xr.Dataset) -> Table:
         if k < len(fitted):
             rows[-1][Column("fitted", "of the fitted curve", "three", unit)] = range_of(fitted[k], FITTED_RATE)
             rows[-1][Column("apart", "which differs by", "signed")] = float(fitted[k]["rate_misfit"]) or "within error"
-    request = f"The requested half width is {f'{allowed:g}' if chance else f'{100.0 * allowed:g} %'} of the {name}."
-    free = "Rates do not assume a form of curve." if target == UNTIL_RATE else ""
-    return Table.of("Precision at adaptive levels", rows, request, "Ranges in brackets are 95 % intervals.", free)
+    request = footnote("half_width", f"{allowed:g}" if chance else f"{100.0 * allowed:g} %", name)
+    free = footnote("form_free") if target == UNTIL_RATE else ""
+    return Table.of(
+        "Precision at adaptive levels", rows, request, footnote("intervals", given_percent(USUAL_CONFIDENCE)), free
+    )
 
 
 def selections(results: xr.Dataset) -> Table:
@@ -254,7 +260,7 @@ def selections(results: xr.Dataset) -> Table:
             ),
             Column("agrees", "agrees"): "yes" if bool(stripe[f"{PREFIX}consistent"]) else "no",
         })  # fmt: skip
-    note = "ε: standard deviations of the level above the predicted median."
+    note = footnote("epsilon")
     return Table.of("Agreement of the selected motions with the hazard", rows, note)
 
 
@@ -282,9 +288,7 @@ def shares(results: xr.Dataset) -> Table:
             share = share if capacities else share.isel(level=middle_level(block["probability"]))
             row[column.key] = float(share.sel(component=name))
         rows.append(row)
-    capacity = "the logarithm of the level that overturns a block"
-    what = capacity if capacities else "the outcome at the level where it is least certain"
-    notes = [f"Numbers are shares of the variance of {what}.", chosen(selected)]
+    notes = [footnote("variance_of_capacity" if capacities else "variance_of_outcome"), chosen(selected)]
     return Table("Sources of the variance", (Column("name"), *columns.values()), rows, notes)
 
 
@@ -303,7 +307,6 @@ def indices(results: xr.Dataset) -> Table:
                     value, upper = float(at[key][i]), float(at[f"{key}_upper"][i])
                     row[Column(key, title, "plus_minus")] = Range(value, upper - value, np.nan)
                 rows.append(row)
-    of = "the probability of overturning at the level where it is nearest to 50 %"
     ends = percent(float(results.attrs.get("confidence", 0.95)))
-    note = f"Numbers are shares of the variance of {of}. ±: half width of the {ends} interval."
+    note = footnote("variance_of_chance", ends)
     return Table.of("Sobol’ indices", rows, note, chosen(selected))

@@ -15,7 +15,7 @@ from ..text.words import floor_cell, floor_name, level_text, reference_law
 from .assessment import bound_of, most_probability
 from .pieces import MOST_ROWS, MOST_SHORT, bounded
 from .restraints import breaks_by_level
-from .table import Cells, Column, Row, Table, Value, chance_in, intervals, range_of
+from .table import Cells, Column, Row, Table, Value, chance_in, footnote, intervals, range_of
 
 AS_IT_IS = "as it is"
 SETS = ("budget", "target")
@@ -89,7 +89,7 @@ def kits(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Table:
     savings = {line["saving_of_all"] for _, _, line in lines}
     valued = any(isinstance(saving, float) and math.isfinite(saving) and saving != 0.0 for saving in savings)
     when = f"in {YEARS:g} years" if yearly else "at the level"
-    paid = f"Paybacks are at a discount rate of {given_percent(lines[0][0].discount)}." if lines else ""
+    paid = footnote("payback", given_percent(lines[0][0].discount)) if lines else ""
     rows: list[Cells | str] = []
     for piece, kit, line in lines:
         if not kit:
@@ -110,7 +110,7 @@ def kits(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Table:
             ),
             **{Column(name, f"for the {name}"): "yes" if line[f"for_{name}"] == "yes" else None for name in sets},
         })  # fmt: skip
-    notes = intervals(results, rows), "Chances are of one piece, costs of all pieces of a line."
+    notes = intervals(results, rows), footnote("one_piece")
     return Table.of("Kits", rows, *notes, *_sets(results.isel(model=model), sets, money), most=number)
 
 
@@ -143,24 +143,21 @@ def static_checks(results: xr.Dataset) -> Table:
     outside = "rate" in results and math.isnan(results["kit_peak_acceleration"].values.min())
     if "rate" not in results:
         at = level_text(float(results.attrs["at_level"]), results["level"])
-    notes = f"The shaking is {at}.", OUTSIDE if outside else "", RIGID, _nodes(results)
+    notes = (
+        footnote("shaking", at),
+        footnote("shaking_outside") if outside else "",
+        footnote("rigid_kit"),
+        footnote("smaller_peak") if _smaller_peak(results) else "",
+    )
     return Table.of("Static checks by hand, of one piece", rows, *notes, most=MOST_ROWS)
 
 
-OUTSIDE = "That shaking is outside the levels that were run."
-RIGID = (
-    "A static check assumes a rigid kit and leaves out slack, stiffness and duration. The last column is the share of "
-    "the motions in which the kit breaks, which may be higher or lower."
-)
-NODES = "A higher floor can have a smaller peak than a lower floor, because higher modes move it less."
-
-
-def _nodes(results: xr.Dataset) -> str:
-    """Return the sentence on a higher floor that has a smaller peak than a lower floor; '' if none has."""
+def _smaller_peak(results: xr.Dataset) -> bool:
+    """Return True if a higher floor has a smaller peak than a lower floor."""
     floors = results["floor"].values
     peaks = results["kit_peak_acceleration"].values
     known = [(int(floor), peak) for floor, peak in zip(floors, peaks, strict=True) if str(floor).isdecimal()]
-    return NODES if any(low < high and peak > above for low, peak in known for high, above in known) else ""
+    return any(low < high and peak > above for low, peak in known for high, above in known)
 
 
 def kit_breaks(results: xr.Dataset) -> Table:
@@ -200,10 +197,10 @@ def _sets(of_law: xr.Dataset, sets: list[str], money: str) -> list[str]:
     sentences = []
     for name in sets:
         if name == "target" and not bool(of_law["target_met"]):
-            sentences.append("No set of these kits meets the target.")
+            sentences.append(footnote("no_set"))
         else:
             cost = f"{given_number(float(of_law[f'{name}_cost']))} {money}".rstrip()
-            sentences.append(f"The set for the {name} costs {cost}.")
+            sentences.append(footnote("set_cost", name, cost))
     return sentences
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.units import ENDS
-from ...core.wording import about_percent, currency_of, given_percent
+from ...core.wording import about_percent, counted, currency_of, given_percent
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..buildings.pieces import SHARES, pieces_of
 from ..buildings.recommendations import UNKNOWN, YEARS, Piece, Range
@@ -18,12 +18,8 @@ from ..plan.slides import GATED, GATED_RATE, INSTEAD, TRIP, TRIP_DISTANCE, TRIP_
 from ..text.spread import MODEL_RANGE, OUTER, model_note
 from ..text.words import consequence_name, display_unit, floor_cell, level_name, level_text, reference_law, roof_of
 from .assessment import DRAWN, bound_of, most_rate, span
-from .table import Cells, Column, Row, Table, Value, chance_in, ends_of, intervals, range_of, tilted
+from .table import Cells, Column, Row, Table, Value, chance_in, ends_of, footnote, intervals, range_of, tilted
 
-BRANCHES = (
-    "Chances are means and 90 % ranges over all stated uncertainties. Other numbers are of one law, one set of motions "
-    "and one hazard curve."
-)
 MOST_ROWS, MOST_SHORT = 60, 8
 """Most pieces that a table shows, and most on a terminal by default."""
 FRACTILES = "", "_5_percent", "_95_percent"
@@ -72,7 +68,7 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
     means = results["cost_median"].notnull().values if "cost_median" in results.coords else np.zeros(0)
     mean = dict(zip(results["block"].values.tolist(), means.tolist(), strict=False))
     scale, unit = display_unit(results["level"])
-    judged = f"Recommendations discount savings at {given_percent(every[0].discount if every else 0.0)} per year."
+    judged = footnote("discount", given_percent(every[0].discount if every else 0.0))
     when = f" in {YEARS:g} years" if yearly else ""
     rows: list[Cells] = []
     for piece in every:
@@ -120,8 +116,8 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
     return Table.of(
         "Pieces",
         rows,
-        BRANCHES if spread else intervals(results, rows),
-        f"Chances are at {level_name(results)} = {level}." if level and results.sizes["level"] > 1 else "",
+        footnote("pieces_over_branches") if spread else intervals(results, rows),
+        footnote("chances_at", level_name(results), level) if level and results.sizes["level"] > 1 else "",
         tilted(results),
     )
 
@@ -148,7 +144,7 @@ def short_pieces(results: xr.Dataset, most: int = MOST_SHORT) -> Table:
         return table.first(most)
     highest = max(above, key=lambda chance: chance.value)
     highest = chance_in(highest, YEARS) if "rate" in results else highest
-    more = f"{len(above):,} of the others fall more often than some of these (up to {about_percent(highest.value)})."
+    more = footnote("others_fall_more", len(above), about_percent(highest.value))
     return table.first(most).noted(more)
 
 
@@ -189,20 +185,15 @@ def codes(results: xr.Dataset) -> Table:
             Column("demand", "on its anchors", "three", "N"): code.demand,
             Column("ratio", "demand / strength", "two"): code.ratio,
         })  # fmt: skip
-    anchors = MOMENTS if moments else WHOLE
-    left = f"{LEFT_OUT}, and {unstated} lines without a stated danger." if unstated else f"{LEFT_OUT}."
+    anchors = footnote("moments" if moments else "whole_force")
+    left = footnote("not_checked_lines", counted(unstated, "line")) if unstated else footnote("not_checked")
     table = Table.of("Code requirements", rows, code_note(results), anchors, left, most=MOST_ROWS)
     return table.but([] if moments else ["demand"])
 
 
 def code_note(results: xr.Dataset) -> str:
     """Return the sentence of a note on the building code, with its values of the site; '' without a code."""
-    return f"{results.attrs['code']}; {results.attrs['code_site']}." if "code" in results.attrs else ""
-
-
-WHOLE = "Anchors without a given height take the whole force."
-MOMENTS = f"Forces on anchors follow from moments about the base. {WHOLE}"
-LEFT_OUT = "Not checked: the force on the base, the fixing to the building"
+    return footnote("code", results.attrs["code"], results.attrs["code_site"]) if "code" in results.attrs else ""
 
 
 def exported_pieces(results: xr.Dataset, model: int = 0, readable: bool = False) -> Table:

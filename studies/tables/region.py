@@ -5,12 +5,12 @@ import json
 import numpy as np
 import xarray as xr
 
-from ...core.parameters import USUAL_YEARS
+from ...core.parameters import USUAL_CONFIDENCE, USUAL_YEARS
 from ...core.wording import given_percent, two_digits, years_text
 from ...fragility.adaptive.until import MEDIAN
 from ..text.block_order import HALF
 from ..text.words import axis_of, display_unit, level_name
-from .table import Cells, Column, Table, range_of
+from .table import Cells, Column, Table, footnote, range_of
 
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Shares of the blocks below the values of the table."""
@@ -33,7 +33,7 @@ def surfaces(results: xr.Dataset) -> Table:
             Column("apart", "difference of blocks run alone"): beyond,
             Column("stopped", "stopped because"): str(law["stopped_because"].item()),
         })  # fmt: skip
-    note = f"The requested half width is {100.0 * requested:g} % of the half levels of all blocks at once (95 %)."
+    note = footnote("half_width_of_all", 100.0 * requested)
     return Table.of("Precision of the surfaces", rows, note)
 
 
@@ -61,7 +61,7 @@ def spread(results: xr.Dataset) -> Table:
             values: Cells = {column: float(of_shares[k]) for column, of_shares in quantiles.items()}
             rows.append({Column("share"): f"{given_percent(share)} of the blocks below", **values})
     number = int(results.attrs.get("shown_of", results.sizes["block"]))
-    note = f"The region has {number:,} blocks. Each column is sorted by itself."
+    note = footnote("region", number)
     return Table.of("Blocks of the region", rows, note)
 
 
@@ -89,9 +89,12 @@ def events(results: xr.Dataset) -> Table:
             })  # fmt: skip
     sample, number = int(results.attrs["event_sample"]), results.sizes["event_motion"]
     noise = float(results["fallen_sampling_error"].max())
-    sampled = f"A share is uncertain by ±{two_digits(100.0 * noise)} % from the sample." if noise else ""
-    note = f"There are {number:,} events at each level, with {sample:,} blocks of the region run under each."
-    return Table.of("Shares of the region that fall in one event", rows, note, CONFIDENCE, sampled)
-
-
-CONFIDENCE = "Ranges in brackets are 95 % intervals."
+    sampled = footnote("sampled", two_digits(100.0 * noise)) if noise else ""
+    note = footnote("events", number, sample)
+    return Table.of(
+        "Shares of the region that fall in one event",
+        rows,
+        note,
+        footnote("intervals", given_percent(USUAL_CONFIDENCE)),
+        sampled,
+    )

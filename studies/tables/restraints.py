@@ -15,7 +15,7 @@ from ..plan.gains import GAIN, MOST, OTHER
 from ..plan.ratios import verdict_of
 from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
 from ..text.words import by_place, display_unit, floor_name, quantity_name, reference_law
-from .table import Cells, Column, Table, intervals, range_of
+from .table import Cells, Column, Table, footnote, intervals, range_of
 
 
 class Gain(NamedTuple):
@@ -62,13 +62,8 @@ def gains(results: xr.Dataset) -> Table:
         }
         for gain in every
     ]
-    first = (
-        f"The table has the first {MOST} blocks." if len({(gain.block, gain.floor) for gain in every}) >= MOST else ""
-    )
-    return Table.of("Effects of walls and restraints", rows, intervals(results), PAIRED, first)
-
-
-PAIRED = "Compared blocks have the same motions."
+    first = footnote("first_blocks", MOST) if len({(gain.block, gain.floor) for gain in every}) >= MOST else ""
+    return Table.of("Effects of walls and restraints", rows, intervals(results), footnote("same_motions"), first)
 
 
 MOST_COLUMNS = 6
@@ -90,8 +85,8 @@ def breaks_by_level(of: Mapping[str, Sequence[xr.DataArray]], levels: xr.DataArr
         }
         for k, level in enumerate(shown)
     ]
-    first = f"The table has {len(names)} of {len(of):,} {what}." if len(of) > len(names) else ""
-    return Table.of(f"Breaks of {what}", rows, "Numbers are shares of the motions.", *notes, first)
+    first = footnote("some_of", len(names), len(of), what) if len(of) > len(names) else ""
+    return Table.of(f"Breaks of {what}", rows, footnote("shares_of_motions"), *notes, first)
 
 
 def breaks(results: xr.Dataset) -> Table:

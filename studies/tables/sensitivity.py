@@ -13,10 +13,9 @@ from ..plan.estimates import middle_level
 from ..text.block_order import shown
 from ..text.reached import within_levels
 from ..text.words import LAW_NAMES, axis_of, block_title, display_unit, level_name, level_text
-from .table import Cells, Column, Marked, Row, Table, chosen
+from .table import Cells, Column, Marked, Row, Table, chosen, footnote
 
 GREEK = {"delta": "δ", "e": "e"}
-MEANINGS = {"delta": "δ is the half width of the elastic zone.", "e": "e is the coefficient of restitution."}
 SLIPS, SQUAT, ABOVE = "†", "‡", "*"
 """Marks of values of e: not possible with the friction there is, for so squat a block; and possible, but above e_R."""
 NO_CURVE = "no curve can be fitted"
@@ -87,12 +86,13 @@ def block_levels(results: xr.Dataset) -> Table:
             above |= higher
             row[column] = mark or (Marked(median, ABOVE) if higher else median)
         rows.append(row)
-    note = f"Numbers are levels ({level_name(results)}{f', {unit}' if unit else ''}) under {law_name(results, at)}."
-    notes = note, MEANINGS[str(results.attrs["parameter"])], *_legend(results, marks), HIGHER if above else ""
+    notes = (
+        footnote("levels_under_law", f"{level_name(results)}{f', {unit}' if unit else ''}", law_name(results, at)),
+        footnote(str(results.attrs["parameter"])),
+        *_legend(results, marks),
+        footnote("above_own", ABOVE) if above else "",
+    )
     return Table.of("Levels for half of the motions", rows, *notes)
-
-
-HIGHER = f"{ABOVE}: above e_R, so less energy is lost than in an impact at the edge."
 
 
 def _values(results: xr.Dataset, format_: str) -> list[Column]:
@@ -132,11 +132,8 @@ def marks_of(results: xr.Dataset) -> NDArray[np.str_]:
 def _legend(results: xr.Dataset, marks: NDArray[np.str_]) -> list[str]:
     """Return the meanings of the marks that occur."""
     limit = f"{float(results.attrs.get('friction', 1.0)):g}"
-    words = {
-        SLIPS: f"not possible, because the impact needs a coefficient of friction above {limit}",
-        SQUAT: "not possible, because so squat a block stops at an impact at its edge (its e_R is not positive)",
-    }
-    return [f"{mark}: {text}." for mark, text in words.items() if (marks == mark).any()]
+    names = {SLIPS: "slips_at_impact", SQUAT: "too_squat"}
+    return [footnote(name, mark, limit) for mark, name in names.items() if (marks == mark).any()]
 
 
 def swings_of(results: xr.Dataset, model: int) -> list[tuple[str, float, float, float, float]]:

@@ -37,11 +37,10 @@ from ..plan.slides import (
 from ..text.words import axis_of, by_place, display_unit, floor_cell, quantity_name, reference_law
 from .assessment import at_the_level, bound_of
 from .pieces import MOST_ROWS, chance_of
-from .table import Cells, Column, Table, chance_in, intervals, range_of
+from .table import Cells, Column, Table, chance_in, footnote, intervals, range_of
 
 MOST = 100
 """Most blocks in a table."""
-TRIPS = "Trips over obstacles: a criterion, not a simulation."
 
 
 def slides(results: xr.Dataset) -> Table:
@@ -51,6 +50,7 @@ def slides(results: xr.Dataset) -> Table:
     halves = adaptive and not rated and SLIP not in of_law
     scale, unit = display_unit(axis_of(results))
     slips = results["slip"].values.tolist()
+    trips = footnote("trips")
     rows: list[Cells] = []
     for name, where in by_place(results, of_law[SLIP_HALF if halves else SLIP_RATE if rated else SLIP].dims):
         block = of_law.isel(where)
@@ -70,9 +70,10 @@ def slides(results: xr.Dataset) -> Table:
             row[column] = range_of(at, SLIP_HALF, scale) if halves else _chance(at, SLIP_RATE, SLIP, adaptive)
         if not adaptive and (TRIP_RATE if rated else TRIP) in of_law:
             row[Column("obstacle", "obstacle at", "short", "mm")] = 1000.0 * float(block[TRIP_DISTANCE])
-            row[Column("trips", "trips over it", "chance", note=TRIPS)] = _chance(block, TRIP_RATE, TRIP)
+            row[Column("trips", "trips over it", "chance", note=trips)] = _chance(block, TRIP_RATE, TRIP)
         rows.append(row)
-    half = f"Levels are {quantity_name(axis_of(results))} at which half of the blocks that slide slip further."
+    half = footnote("half_slip", quantity_name(axis_of(results)))
+    damage = ", ".join(f"over {100.0 * slip:g} cm it {does}" for slip, does in DAMAGE.items())
     level = (
         float(json.loads(str(results.attrs["until"]))[PROBABILITY]["level"]) if adaptive and SLIP in of_law else None
     )
@@ -82,15 +83,11 @@ def slides(results: xr.Dataset) -> Table:
         rows,
         intervals(results),
         half if halves else "",
-        SLIDES,
+        footnote("never_rocks"),
         # (slips that a study gives have their own meaning)
-        TEARS if tuple(slips) == DISTANCES else "",
+        footnote("damage", damage) if tuple(slips) == DISTANCES else "",
         most=MOST,
     )
-
-
-SLIDES = "A block with friction below b/h (half the width over the height of the mass centre) never rocks."
-TEARS = f"Assumed damage by slip: {', '.join(f'over {100.0 * slip:g} cm it {does}' for slip, does in DAMAGE.items())}."
 
 
 def _when(results: xr.Dataset) -> str:
@@ -170,6 +167,7 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
     known = results[INSTEAD].values if INSTEAD in results else np.full(len(contacts), math.nan)
     slips = results["slip"].values.tolist() if "slip" in results.coords else []
     alone = (OVERTURNING, OVERTURNING_RATE) if OVERTURNING in results else ("probability", "rate")
+    trips = footnote("trips")
     rows: list[Cells] = []
     for i, item in enumerate(results["block"].values):
         if not (contacts[i] or edges[i] or not math.isnan(known[i])):
@@ -191,7 +189,7 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
             Column("edge", "edge"): None if edge is None else edge.label.removeprefix("edge "),
             Column("off", "slides off it", "chance"): _item_chance(piece, OFF, OFF_RATE),
             Column("obstacle", "obstacle at", "short", "mm"): obstacle,
-            Column("trips", "trips over it", "chance", note=TRIPS): _item_chance(piece, TRIP, TRIP_RATE),
+            Column("trips", "trips over it", "chance", note=trips): _item_chance(piece, TRIP, TRIP_RATE),
             Column("alone", "overturns, if sliding is prevented", "chance"): _item_chance(piece, *alone),
             Column("rocking", "overturns, with its friction", "chance"): _item_chance(piece, GATED, GATED_RATE),
         }
@@ -199,9 +197,9 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
     when = f"in {YEARS:g} years"
     if "rate" not in results:
         when = at_the_level(results, float(results.attrs["at_level"]))
-    locked = f"{LOCKED.capitalize()} are as on feet, as long as the brakes hold." if LOCKED in contacts else ""
+    locked = footnote("brakes", LOCKED.capitalize()) if LOCKED in contacts else ""
     title = f"Sliding of the pieces {when}"
-    return Table.of(title, rows, intervals(results), SLIDES, locked)
+    return Table.of(title, rows, intervals(results), footnote("never_rocks"), locked)
 
 
 def slips(results: xr.Dataset, model: int = 0) -> Table:

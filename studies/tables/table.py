@@ -31,6 +31,7 @@ from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, state_name, stat
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.runs.provenance import tilt_limits
 from ..buildings.recommendations import Range
+from ..facts.say import value_of
 from ..text.block_order import chosen_of
 from ..text.names import clean
 from ..text.reached import BELOW, FLAT
@@ -40,11 +41,9 @@ DASH = "–"
 """Cell of a value that is not known or does not apply."""
 FEWEST_ALIKE = 3
 """Fewest rows of a table in whose note the columns of one value are."""
-INTERVALS = "Ranges in brackets are {} intervals."
 UNBOUNDED = "(no interval)"
 SHARP = 1e-3
 """Dispersion below which an end of an interval is open: the curve is a step."""
-AGREEING = "An interval is missing where all motions agree, or where too few of them overturn anything."
 
 
 class Marked(NamedTuple):
@@ -241,8 +240,12 @@ class Table:
         (last,) = (i for i, row in enumerate(self.rows) if row is self.lines[most])
         rows = self.rows[:last]
         rows = rows[:-1] if isinstance(rows[-1], str) else rows
-        note = f"{most} of {number:,} rows (all: “toppling export”)."
-        return replace(self, rows=rows, notes=[*self.notes, note])
+        return replace(self, rows=rows, notes=[*self.notes, footnote("rows", most, number)])
+
+
+def footnote(name: str, *values: object) -> str:
+    """Return a sentence of the note of a table, filled with values."""
+    return str(value_of("footnotes", "footnotes")[name].format(*values))
 
 
 def _blank(value: Value) -> bool:
@@ -255,8 +258,8 @@ def _blank(value: Value) -> bool:
 def intervals(results: xr.Dataset, rows: Iterable[Cells | str] = ()) -> str:
     """Return the sentence of a note on the intervals of a study, and the reason if any cell of some rows has none."""
     cells = [column.text(value) for row in rows if not isinstance(row, str) for column, value in row.items()]
-    reason = f" {AGREEING}" if any(UNBOUNDED in cell for cell in cells) else ""
-    return INTERVALS.format(confidence_text(results)) + reason
+    reason = f" {footnote('no_interval')}" if any(UNBOUNDED in cell for cell in cells) else ""
+    return footnote("intervals", confidence_text(results)) + reason
 
 
 def tilted(results: xr.Dataset) -> str:
@@ -264,12 +267,12 @@ def tilted(results: xr.Dataset) -> str:
     state = state_named(str(results.attrs.get("state", state_name(OVERTURNED))))
     tilts = tilt_limits(results).items() if state in (OVERTURNED, *DIRECTIONS) else ()
     limits = [f"{block_title(name)} {degrees:.3g}°" for name, degrees in tilts]
-    return f"A tilt counts as overturning, even if the piece returns: {first_of(limits)}." if limits else ""
+    return footnote("tilts", first_of(limits)) if limits else ""
 
 
 def chosen(results: xr.Dataset) -> str:
     """Return the sentence of a note on the blocks of a table; '' if the table has all of them."""
-    return f"The table has {chosen_of(results)}." if chosen_of(results) else ""
+    return footnote("blocks", chosen_of(results)) if chosen_of(results) else ""
 
 
 def range_of(values: xr.Dataset, name: str, scale: float = 1.0, ends: Sequence[str] = ENDS) -> Range:

@@ -1,8 +1,12 @@
 """Tables say once what all rows or groups of rows have in common; captions do not repeat earlier captions."""
 
+import ast
 import io
 import json
 import math
+import re
+from pathlib import Path
+from string import Formatter
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,13 +14,16 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
+import toppling
 from toppling.studies.buildings.recommendations import Range
+from toppling.studies.facts.say import value_of
 from toppling.studies.plots import selection
 from toppling.studies.plots.assessment import bars
 from toppling.studies.report.figures import pictures_of
 from toppling.studies.tables.assessment import doubtful_items
 from toppling.studies.tables.fragility import _rates
 from toppling.studies.tables.registry import REGISTRY
+from toppling.studies.tables.sensitivity import GREEK
 from toppling.studies.tables.table import Column, Table, tilted
 from toppling.studies.tables.terminal import rendered
 
@@ -189,3 +196,18 @@ def test_a_word_that_is_too_long_is_broken():
     text = printed(table_of("Long", ("", "name"), [("x", "y" * 70)]), 40)
     assert max(map(len, text.splitlines())) <= 40
     assert text.count("y") == 70
+
+
+def test_every_footnote_is_of_a_table():
+    """A table names each sentence of the template, and fills all of its braces."""
+    files = (Path(toppling.__file__).parent / "studies/tables").glob("*.py")
+    code = "\n".join(path.read_text(encoding="utf-8") for path in files)
+    sentences = value_of("footnotes", "footnotes")
+    given = set(re.findall(r"[\"'](\w+)[\"']", code)) | set(GREEK)
+    assert sentences.keys() <= given
+    calls = [node for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Call)]
+    named = [call for call in calls if ast.unparse(call.func) == "footnote" and isinstance(call.args[0], ast.Constant)]
+    assert len(named) > 40
+    for call in named:
+        fields = [field for _, field, _, _ in Formatter().parse(sentences[call.args[0].value]) if field is not None]
+        assert len(fields) == len(call.args) - 1, ast.unparse(call)
