@@ -230,7 +230,7 @@ def test_every_check_has_the_template_of_its_remedy():
 def test_no_advice_is_to_tilt_or_to_push():
     texts = [path.read_text(encoding="utf-8") for path in TEMPLATES.glob("*.j2")]
     assert sum("unloaded sample" in text for text in texts) == 1
-    unsafe = re.compile(r"measure it on the piece|\b[Tt]ilt (?!of)|\b[Pp]ush (it|the)\b")
+    unsafe = re.compile(r"measure it on the piece|\b[Tt]ilt (?!of|counts)|\b[Pp]ush (it|the)\b")
     assert not [text for text in texts if unsafe.search(text)]
 
 
