@@ -114,6 +114,9 @@ RATIO = Parameter(at_least=0.0, below=1.0)
 CORRELATION = Parameter(at_least=-1.0, at_most=1.0)
 YEARS = Parameter("years", above=0.0)
 USUAL_YEARS = 50.0
+USUAL_MEASURE = "pga"
+HALF_INTERVAL = Parameter(above=0.0, below=0.5)
+"""Half width of the interval of a probability."""
 Seed = typing.Annotated[int, Parameter(at_least=0)]
 """Seed of random draws."""
 

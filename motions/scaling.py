@@ -5,7 +5,7 @@ import xarray as xr
 
 from ..core import checks
 from ..core.aliases import Array
-from ..core.parameters import STEP
+from ..core.parameters import STEP, USUAL_MEASURE
 from .arrays import records
 from .intensity.evaluation import positive_measure
 from .intensity.measure import Measure
@@ -38,7 +38,7 @@ def parabolic_baseline(acceleration: Array, dt: float) -> Array:
     return values
 
 
-def scale_to(motions: xr.DataArray, target: float, im: str | Measure = "pga") -> xr.DataArray:
+def scale_to(motions: xr.DataArray, target: float, im: str | Measure = USUAL_MEASURE) -> xr.DataArray:
     """Scale every motion by its own factor, so that its intensity measure is `target` (SI, > 0).
 
     `im` is a measure or its name (`measure_named`); ValueError if it is 0 or does not grow with the motion.
@@ -55,7 +55,7 @@ def scale_to(motions: xr.DataArray, target: float, im: str | Measure = "pga") ->
     return (motions * factors).transpose(*motions.dims).assign_attrs(motions.attrs).rename(motions.name)
 
 
-def scale_to_mean(motions: xr.DataArray, target: float, im: str | Measure = "pga") -> xr.DataArray:
+def scale_to_mean(motions: xr.DataArray, target: float, im: str | Measure = USUAL_MEASURE) -> xr.DataArray:
     """Scale all motions by one common factor, so that the mean of their intensity measure is `target` (SI, > 0)."""
     ratio = checks.number("target", target, above=0.0) / float(_values(motions, im).mean())
     factor = float(measure_named(im).factors(np.array(ratio)))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.aliases import Array, Index, Progress
 from ...core.doubts import Doubt, warn
+from ...core.parameters import USUAL_MEASURE
 from ...core.units import STANDARD_GRAVITY
 from ...models import Block, Model, RandomSliding
 from ...models.plausibility import block_doubts, law_doubts
@@ -80,7 +81,7 @@ def adaptive_ida(
     blocks: Block | Sequence[Block],
     models: Model | Sequence[Model],
     motions: Generator | xr.DataArray | Iterable[xr.DataArray],
-    im: str | Measure = "pga",
+    im: str | Measure = USUAL_MEASURE,
     until: Mapping[str, Any] | Until | None = None,
     outputs: Sequence[str] | None = None,
     client: Workers = None,

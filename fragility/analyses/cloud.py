@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 import xarray as xr
 
 from ...core.aliases import Progress
+from ...core.parameters import USUAL_MEASURE
 from ...models import Block, Model
 from ...motions.arrays import other_coordinates, records
 from ...motions.intensity.measure import Measure
@@ -24,7 +25,7 @@ def cloud(
     blocks: Block | Sequence[Block],
     models: Model | Sequence[Model],
     motions: Motions,
-    im: str | Measure = "pga",
+    im: str | Measure = USUAL_MEASURE,
     outputs: Sequence[str] | None = None,
     client: Workers = None,
     *,

@@ -6,6 +6,7 @@ from typing import Any
 import xarray as xr
 
 from ...core.aliases import Progress
+from ...core.parameters import USUAL_MEASURE
 from ...models import Block, Model
 from ...motions.arrays import other_coordinates, records
 from ...motions.intensity.measure import Measure
@@ -25,7 +26,7 @@ def ida(
     models: Model | Sequence[Model],
     motions: xr.DataArray | Iterable[xr.DataArray],
     levels: Any,
-    im: str | Measure = "pga",
+    im: str | Measure = USUAL_MEASURE,
     outputs: Sequence[str] | None = None,
     client: Workers = None,
     skip: bool = True,

@@ -9,7 +9,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Flags, Progress
-from ...core.parameters import USUAL_CONFIDENCE
+from ...core.parameters import USUAL_CONFIDENCE, USUAL_MEASURE
 from ...core.streams import stream
 from ...core.units import ENDS, described, of_end, provenance
 from ...models import Block, Law
@@ -35,7 +35,7 @@ def joint_falls(
     models: Law | Sequence[Law],
     motions: xr.DataArray | Iterable[xr.DataArray],
     levels: Any,
-    im: str | Measure = "pga",
+    im: str | Measure = USUAL_MEASURE,
     client: Workers = None,
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,

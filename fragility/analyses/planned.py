@@ -10,6 +10,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Index, Progress
 from ...core.doubts import warn
+from ...core.parameters import USUAL_MEASURE
 from ...models import Block, Model
 from ...models.plausibility import block_doubts, law_doubts
 from ...motions.arrays import records
@@ -36,7 +37,7 @@ def run_table(
     models: Model | Sequence[Model],
     motions: xr.DataArray | Iterable[xr.DataArray],
     table: Mapping[str, Any],
-    im: str | Measure = "pga",
+    im: str | Measure = USUAL_MEASURE,
     outputs: Sequence[str] | None = None,
     client: Workers = None,
     *,

@@ -9,7 +9,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Progress
 from ...core.doubts import warn
-from ...core.parameters import Parameter
+from ...core.parameters import USUAL_MEASURE, Parameter
 from ...core.units import provenance
 from ...core.wording import counted
 from ...models import Block, Law
@@ -47,7 +47,7 @@ def pooled(
     blocks: Block | Sequence[Block] | BlockArray,
     models: Law | Sequence[Law],
     motions: Generator | xr.DataArray | Iterable[xr.DataArray],
-    im: str | Measure = "pga",
+    im: str | Measure = USUAL_MEASURE,
     until: Mapping[str, Any] | Until | None = None,
     client: Workers = None,
     *,

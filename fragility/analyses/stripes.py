@@ -9,6 +9,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array, Progress
 from ...core.doubts import warn
+from ...core.parameters import USUAL_MEASURE
 from ...core.units import described
 from ...models import Block, Model
 from ...motions.arrays import AS_GIVEN, RECORD, Record, other_coordinates, records
@@ -35,7 +36,7 @@ def stripes(
     models: Model | Sequence[Model],
     motions: Sequence[Motions],
     levels: Any,
-    im: str | Measure = "pga",
+    im: str | Measure = USUAL_MEASURE,
     outputs: Sequence[str] | None = None,
     client: Workers = None,
     *,

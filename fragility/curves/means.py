@@ -13,11 +13,10 @@ import scipy
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, exp, log
 from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE, Parameter
-from ..fitting.bootstrap import draw_motions
+from ..fitting.bootstrap import REPLICATES, draw_motions
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Allocator, in_memory
 
-REPLICATES = 1000
 # Statistics resampled at a time, and their values: these bound the memory and have no effect on results.
 _BLOCK = 512
 _VALUES = 2**20

@@ -17,6 +17,8 @@ from ...core.aliases import Array, Index
 from ...core.streams import stream
 from .trials import STATES
 
+REPLICATES = 1000
+
 
 def draw_motions(strata: tuple[Index, ...], replicates: int, seed: int) -> Array:
     """Return the number of draws of each ground motion, (replicate, cluster); each stratum keeps its size.

@@ -10,13 +10,13 @@ import xarray as xr
 
 from ...core import checks
 from ...core.doubts import warn_of_results
-from ...core.parameters import CHANCE, CONFIDENCE, USUAL_CONFIDENCE
+from ...core.parameters import CHANCE, CONFIDENCE, COUNT, USUAL_CONFIDENCE
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
 from ..runs.provenance import carried_attributes, motions_by_floor
 from ..runs.runners import shared
 from ..validity.limits import of_curves, of_runs
-from .bootstrap import draw_motions
+from .bootstrap import REPLICATES, draw_motions
 from .first_overturning import SHIFT, level_shift, spacing_attributes
 from .form import Columns, CustomForm, Fit, Form
 from .intervals import BOOTSTRAP, INTERVALS, PROFILE, Options, ResampledData
@@ -33,7 +33,6 @@ from .uplift import UpliftForm
 FORMS: dict[str, Form] = {**TWO_PARAMETER_FORMS, "uplift-lognormal": UpliftForm(), "isotonic": IsotonicForm()}
 """Every built-in form of curve by name."""
 METHODS = BINOMIAL, FIRST = "binomial", "first-overturning"
-REPLICATES = 1000
 
 
 @dataclass(frozen=True)
@@ -219,7 +218,7 @@ def fit_curves(
         _intervals(asked.intervals, chosen, trials),
         _fractiles(asked.fractiles),
         checks.choice("penalty", asked.penalty, tuple(PENALTIES)),
-        checks.count("replicates", asked.replicates, at_least=1),
+        COUNT.count("replicates", asked.replicates),
         checks.count("seed", asked.seed),
         keep_replicates,
     )

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.elementary import Array, Index, exp, times
+from ...core.parameters import COUNT
 from ...core.streams import stream
 from ...core.units import described
 from ..runs.provenance import ADAPTIVE, CLOUD, carried_attributes
@@ -102,7 +103,7 @@ def goodness_of_fit(
         )
     check_method(chosen, method)
     checks.choice("penalty", penalty, tuple(PENALTIES))
-    number = checks.count("replicates", replicates, at_least=1)
+    number = COUNT.count("replicates", replicates)
     start = checks.count("seed", seed)
     cloud = trials.design == CLOUD
     tests = [_test(chosen, sample, penalty, number, start, cloud) for sample in trials.samples]

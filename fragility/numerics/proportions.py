@@ -10,7 +10,7 @@ import scipy
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
-from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE
+from ...core.parameters import CONFIDENCE, HALF_INTERVAL, USUAL_CONFIDENCE
 
 Ends = tuple[Array, Array]
 
@@ -103,7 +103,7 @@ def wilson_half_width(runs: int) -> float:
 
 def runs_for_half_width(half_width: float) -> int:
     """Return the minimum number of runs whose `wilson_half_width` does not exceed `half_width` (above 0, below 1/2)."""
-    width = checks.number("half_width", half_width, above=0.0, below=0.5)
+    width = HALF_INTERVAL.number("half_width", half_width)
     z = float(scipy.special.ndtri(0.975))
     return math.ceil(z * z * (0.25 / width**2 - 1.0))
 

@@ -8,6 +8,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Progress
+from ...core.parameters import USUAL_MEASURE
 from ...core.units import DIMENSIONLESS, described
 from ...models import Block, Law, describe_block, describe_law
 from ...models.laws import oscillator_of
@@ -33,7 +34,7 @@ def uncertain_ida(
     models: Law | Sequence[Law],
     motions: xr.DataArray | Iterable[xr.DataArray],
     levels: Any,
-    im: str | Measure = "pga",
+    im: str | Measure = USUAL_MEASURE,
     outputs: Sequence[str] = USUAL_OF_ROCKING,
     client: Workers = None,
     *,
@@ -150,7 +151,7 @@ def overturning_response(
     model: Law,
     motions: xr.DataArray | Iterable[xr.DataArray],
     levels: Any,
-    im: str | Measure = "pga",
+    im: str | Measure = USUAL_MEASURE,
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,

@@ -8,7 +8,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Progress
-from ...core.parameters import SHARE
+from ...core.parameters import HALF_INTERVAL, SHARE
 from ...models.friction import Contact, Friction
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import listed
@@ -129,7 +129,7 @@ def screen(
     lowest, highest = (checks.number("factors", factor, above=0.0) for factor in (least, greatest))
     if lowest >= highest:
         raise ValueError(f"factors must be a least and a greatest one, got {lowest:g} and {highest:g}")
-    widest = checks.number("half_width", half_width, above=0.0, below=0.5)
+    widest = HALF_INTERVAL.number("half_width", half_width)
     share = float(undecided) if isinstance(undecided, bool | np.bool_) else SHARE.number("undecided", undecided)
     if motions is None and share > 0.0:
         raise ValueError("motions must be given where undecided runs are looked for: they are run again")

@@ -18,7 +18,7 @@ from jinja2 import ChoiceLoader, Environment, FileSystemLoader
 from markupsafe import Markup
 
 from ...core.doubts import noted
-from ...core.parameters import USUAL_YEARS, declared
+from ...core.parameters import USUAL_MEASURE, USUAL_YEARS, declared
 from ...core.wording import counted, given_number, two_digits
 from ...core.writing import write_bytes
 from ...fragility.hazard.poisson import probability_in
@@ -327,7 +327,7 @@ class Page:
     @property
     def measure(self) -> str:
         """The measure of the levels."""
-        name = str(self.value("ida.im") or "pga")
+        name = str(self.value("ida.im") or USUAL_MEASURE)
         return MEASURES.get(name, name)
 
     def scene(self) -> str:

@@ -10,7 +10,8 @@ from ...core import checks
 from ...core.aliases import Array, Flags, Index
 from ...core.units import DIMENSIONLESS, ENDS, PER_YEAR, described, of_end
 from ...core.wording import given_percent
-from ...fragility.curves.means import REPLICATES, resampled_means
+from ...fragility.curves.means import resampled_means
+from ...fragility.fitting.bootstrap import REPLICATES
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
 from ...fragility.runs.labels import ordered
 from .outcomes import ANY

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.aliases import Array, Flags
 from ...core.doubts import warn
-from ...core.parameters import BETA_M, USUAL_CONFIDENCE
+from ...core.parameters import BETA_M, USUAL_CONFIDENCE, USUAL_MEASURE
 from ...core.units import DIMENSIONLESS, METRE, provenance
 from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
-from ...fragility.curves.means import REPLICATES
+from ...fragility.fitting.bootstrap import REPLICATES
 from ...fragility.fitting.states import OVERTURNED
 from ...fragility.hazard.level_weights import Hazard, LevelWeights, hazard_points, level_weights, line_weights
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION
@@ -132,7 +132,7 @@ class Assessment:
     models: Law | Sequence[Law]
     motions: xr.DataArray | Iterable[xr.DataArray] | FloorHistories
     levels: Any
-    im: str | Measure = "pga"
+    im: str | Measure = USUAL_MEASURE
     building: Building | None = None
     hazard: Hazard | None = None
     ground: xr.DataArray | Iterable[xr.DataArray] | None = field(default=None, kw_only=True)

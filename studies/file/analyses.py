@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, 
 from ...core import checks
 from ...core.doubts import warn
 from ...core.elementary import Array, exp
-from ...core.parameters import CHANCE, PART, SHARE, Seed
+from ...core.parameters import CHANCE, PART, SHARE, USUAL_MEASURE, Seed
 from ...core.units import DIMENSIONLESS, UNITS
 from ...fragility.adaptive.sequential import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import (
@@ -214,7 +214,7 @@ class MeasuredTable(Table):
     im_at: Place of the intensity measure in a building: ground or floor.
     """
 
-    im: Named = "pga"
+    im: Named = USUAL_MEASURE
     im_at: Annotated[Where, KeyInfo("floor")] = None
     polarity: Polarity = None
 
@@ -490,7 +490,7 @@ class PerformanceTable(Table):
     """
 
     inventory: Annotated[str, RelativePath()]
-    im: Named = "pga"
+    im: Named = USUAL_MEASURE
     levels: Annotated[LevelsTable | None, KeyInfo("the motions as they are, a scenario")] = None
     polarity: Annotated[
         str | None,
