@@ -296,7 +296,9 @@ def _values(old: Any, new: Any, order: Sequence[int] | None = None) -> Iterator[
     """Yield the size of the difference of two variables of the same shape, if they differ in a bit."""
     for variable in (old, new):
         variable.set_auto_maskandscale(False)
-    was, is_ = np.transpose(np.asarray(old[...]), order), np.asarray(new[...])
+    was, is_ = np.asarray(old[...]), np.asarray(new[...])
+    if order is not None:
+        was = was.transpose(order)
     if was.dtype.kind in "OUS" or is_.dtype.kind in "OUS":
         differing = [(a, b) for a, b in zip(np.ravel(was), np.ravel(is_), strict=True) if a != b]
         if differing:
