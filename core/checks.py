@@ -8,7 +8,7 @@ import unicodedata
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 
@@ -98,10 +98,14 @@ def not_empty(name: str, data: Any, *dims: str) -> None:
             raise ValueError(f"{name} must hold at least one {dim}, got none")
 
 
+def is_several(values: Any) -> TypeGuard[Iterable[Any]]:
+    """Return True for what can be iterated, as an array without dimensions can't."""
+    return isinstance(values, Iterable) and getattr(values, "ndim", 1) > 0
+
+
 def several(name: str, values: Any, kind_of: type[Item]) -> list[Item]:
     """Return one value of a type, or several, as a list; TypeError for others, which can also be no sequence."""
-    single = isinstance(values, kind_of) or not isinstance(values, Iterable) or getattr(values, "ndim", 1) == 0
-    items = [values] if single else list(values)
+    items = [values] if isinstance(values, kind_of) or not is_several(values) else list(values)
     for item in items:
         if not isinstance(item, kind_of):
             raise TypeError(f"{name} must be one {kind_of.__name__} or a sequence of them, got {kind(item)}")
@@ -110,7 +114,7 @@ def several(name: str, values: Any, kind_of: type[Item]) -> list[Item]:
 
 def sequence(name: str, values: Any) -> list[Any]:
     """Return several values as a list; TypeError for text and for what cannot be iterated."""
-    if isinstance(values, str) or not isinstance(values, Iterable) or getattr(values, "ndim", 1) == 0:
+    if isinstance(values, str) or not is_several(values):
         raise TypeError(f"{name} must be a sequence, got {shown(values)}")
     return list(values)
 

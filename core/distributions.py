@@ -5,7 +5,7 @@ Bounds truncate a distribution; values are never clipped to them.
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -252,7 +252,7 @@ class Least(Continuous):
     parts: Sequence[Continuous]
 
     def __post_init__(self) -> None:
-        if isinstance(self.parts, Distribution) or not isinstance(self.parts, Iterable):
+        if isinstance(self.parts, Distribution) or not checks.is_several(self.parts):
             raise TypeError(f"parts must be a sequence of distributions, got {checks.kind(self.parts)}")
         parts = tuple(self.parts)
         if not parts:

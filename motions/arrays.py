@@ -172,12 +172,12 @@ def from_array(
         warn([Doubt.of("time_step", step=step)])
     if labels is None:
         labels = [f"motion {i + 1}" for i in range(n)]
-    names = list(labels) if isinstance(labels, Iterable) and not isinstance(labels, str) else [labels]
+    names: list[Any] = list(labels) if checks.is_several(labels) and not isinstance(labels, str) else [labels]
     if len(names) != n or not all(isinstance(name, str) and name for name in names):
         raise ValueError(f"labels must be {n} non-empty strings, one a motion, got {checks.shown(names)}")
     if len(set(names)) != n:
         raise ValueError(f"labels must be unique, got {_first_repeated(names)!r:.60} more than once")
-    sources = list(source) if isinstance(source, Iterable) and not isinstance(source, str) else [source] * n
+    sources = list(source) if checks.is_several(source) and not isinstance(source, str) else [source] * n
     if len(sources) != n or not all(isinstance(name, str) for name in sources):
         raise ValueError(f"source must be one string or {n}, one a motion, got {checks.shown(source)}")
     for name, flag in (("own_amplitude", own_amplitude), ("recorded", recorded)):
@@ -200,7 +200,7 @@ def from_array(
 
 def listed(motions: Any) -> list[Any]:
     """Return one motion, or an object that cannot be iterated, as a list of one, and several as a list."""
-    several = isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray)
+    several = checks.is_several(motions) and not isinstance(motions, xr.DataArray)
     return list(motions) if several and getattr(motions, "ndim", 1) > 0 else [motions]
 
 

@@ -35,7 +35,7 @@ def both_polarities(motions: Any) -> Any:
     The labels are ``…`` and ``…, reversed``; ``reverse_of`` (motion,) is the label of the motion that each reverses,
     empty for the motions as given. For other objects than labelled arrays, `records` raises the error.
     """
-    if isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray):
+    if checks.is_several(motions) and not isinstance(motions, xr.DataArray):
         return [both_polarities(motion) for motion in motions]
     if not isinstance(motions, xr.DataArray) or REVERSE_OF in motions.coords or "time" not in motions.dims:
         return motions

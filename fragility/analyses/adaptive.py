@@ -137,7 +137,7 @@ def adaptive_ida(
     >>> curves["stopped_because"].item()
     'precision reached'
     """
-    laws = list(models) if isinstance(models, Iterable) else [models]
+    laws: list[Any] = list(models) if checks.is_several(models) else [models]
     goal = until_of(until)
     goal = replace(goal, state=_sought_state(goal.state, laws))
     assert goal.state is not None

@@ -199,7 +199,7 @@ def checked_plan(
 ) -> PooledPlan:
     """Check the arguments of `pooled`, and lay out the region of the blocks; errors as there."""
     domain = domain_of(variables_of(columns))
-    given = models if isinstance(models, Iterable) else [models]
+    given = models if checks.is_several(models) else [models]
     if any(isinstance(model, SlidingLaw) for model in given):
         raise ValueError("pooled curves are of blocks that rock: sliding ones differ in other numbers")
     request = check_request(blocks_at(domain, domain.vertices[:1]), models, ["overturned"], True, client, None)

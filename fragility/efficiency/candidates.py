@@ -53,7 +53,7 @@ def motions_of_runs(runs: xr.Dataset, motions: Motions | None) -> RunMotions:
     if motions is None:
         return RunMotions(labels)
     # (the sets of stripes may be an iterator)
-    given = motions if isinstance(motions, xr.DataArray) or not isinstance(motions, Iterable) else list(motions)
+    given: Any = motions if isinstance(motions, xr.DataArray) or not checks.is_several(motions) else list(motions)
     arrays = tuple(_arrays(given))
     known: dict[str, Record] = {}
     for array in arrays:
@@ -64,9 +64,9 @@ def motions_of_runs(runs: xr.Dataset, motions: Motions | None) -> RunMotions:
     return RunMotions(labels, arrays, tuple(records_of(runs, given)))
 
 
-def _arrays(motions: Motions) -> Iterator[xr.DataArray]:
+def _arrays(motions: Any) -> Iterator[xr.DataArray]:
     """Yield labelled arrays one by one, given alone, in a sequence or in sets of stripes."""
-    if isinstance(motions, xr.DataArray) or not isinstance(motions, Iterable):
+    if isinstance(motions, xr.DataArray) or not checks.is_several(motions):
         records(motions)  # raises the error for anything that is no motion
         yield motions
     elif isinstance(motions, xr.Dataset | str):
@@ -83,7 +83,7 @@ def candidates_of(runs: xr.Dataset, ordered: OrderedRuns, run_motions: RunMotion
         for name, measure in MEASURES.items()
         if measure.power != 0.0 and (run_motions.records is not None or name in runs.coords)
     }
-    if not isinstance(also, Iterable):
+    if not checks.is_several(also):
         raise TypeError(f"also must be measures or their names, got {checks.kind(also)}")
     for name in also:
         chosen_measure = intensity_measure(name)

@@ -144,7 +144,7 @@ def rank_measures(
     """
     options = RankingOptions(
         motions,
-        [also] if isinstance(also, str | Measure) else list(also) if isinstance(also, Iterable) else also,
+        [also] if isinstance(also, str | Measure) else list(also) if checks.is_several(also) else also,
         state,
         checks.number("least_demand", least_demand, at_least=0.0, below=1.0),
         checks.count("replicates", replicates),

@@ -10,12 +10,13 @@ import math
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core import checks
 from ...core.doubts import warn
 from ..fitting.states import OK, SEPARATED
 from ..validity.plausibility import level_doubts
@@ -55,7 +56,7 @@ def is_id(text: str, marks: str = "_") -> bool:
 
 def check_ids(ids: Sequence[str], components: int, marks: str) -> list[str]:
     """Return ids that a caller chose; TypeError, ValueError if they are not one a component, legal and unique."""
-    if isinstance(ids, str) or not isinstance(ids, Iterable) or not all(isinstance(number, str) for number in ids):
+    if isinstance(ids, str) or not checks.is_several(ids) or not all(isinstance(number, str) for number in ids):
         raise TypeError("ids must be a sequence of texts, one a component")
     chosen = [str(number) for number in ids]
     if len(chosen) != components:

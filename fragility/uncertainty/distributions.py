@@ -1,6 +1,6 @@
 """Distributions of uncertain inputs: numbers, and choices among words and damping laws."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,7 +37,7 @@ class Categorical(Distribution):
     probabilities: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
-        if isinstance(self.choices, str) or not isinstance(self.choices, Iterable):
+        if isinstance(self.choices, str) or not checks.is_several(self.choices):
             raise TypeError(f"choices must be a sequence of laws or words, got {checks.kind(self.choices)}")
         choices = tuple(self.choices)
         for choice in choices:

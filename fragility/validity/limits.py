@@ -11,6 +11,8 @@ from ..numerics.proportions import runs_for_half_width, wilson_half_width
 from ..runs.provenance import BED, scaled_to_levels
 from .reasons import ELASTIC_MODE, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SQUAT
 
+NEEDED = {reason.name for reason in (SQUAT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT, ELASTIC_MODE)}
+"""Names of the reasons of runs that are outside of a model of which these limits are."""
 MOST = 0.5
 """Share of runs, or of a rate, above which, for every block and law, results are not valid."""
 HOPELESS = 4.0
@@ -54,7 +56,8 @@ def of_runs(data: xr.Dataset, motions: int) -> Iterator[str]:
             "make intervals too narrow"
         )
     yield from _levels_changed(data)
-    if "outside" not in data or "reason" not in data["outside"].indexes or 0 in data["outside"].shape:
+    reasons = data["outside"].indexes.get("reason") if "outside" in data else None
+    if reasons is None or 0 in data["outside"].shape or not reasons.is_unique or not {*reasons} >= NEEDED:
         return
     if mostly(data["outside"].sel(reason=SQUAT.name)):
         yield "every block is so squat that it bounces rather than rocks"

@@ -458,7 +458,7 @@ class Building:
 
 def _several(motions: Any) -> list[xr.DataArray]:
     """Return a sequence of arrays as a list; ValueError if a label is used twice."""
-    arrays = list(motions) if isinstance(motions, Iterable) else [motions]
+    arrays = list(motions) if checks.is_several(motions) else [motions]
     records(arrays)
     return arrays
 

@@ -7,7 +7,7 @@ ground motion, and analyses do not scale them.
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
@@ -385,7 +385,7 @@ def chosen_floors(floors: Any, known: Sequence[int]) -> list[int]:
     """Return the requested floors of a building, by default all known floors."""
     if floors is None:
         return list(known)
-    if isinstance(floors, str) or not isinstance(floors, Iterable):
+    if isinstance(floors, str) or not checks.is_several(floors):
         raise TypeError(f"floors must be a sequence of floors, got {checks.kind(floors)}")
     chosen = [checks.count("floors", floor) for floor in floors]
     if not chosen or len(set(chosen)) != len(chosen) or max(chosen) > known[-1]:

@@ -87,7 +87,7 @@ def measures(
         chosen = list(MEASURES.values())
     elif isinstance(which, str | Measure):
         chosen = [measure_named(which)]
-    elif isinstance(which, Iterable):
+    elif checks.is_several(which):
         chosen = [measure_named(name) for name in which]
     else:
         raise TypeError(f"which must be measures or their names, got {checks.kind(which)}")
@@ -106,7 +106,7 @@ def _shaken_either_way(motions: Any) -> Any:
     if isinstance(motions, xr.DataArray):
         free = "component" in motions.dims and "shakes" not in motions.coords
         return motions.assign_coords(shakes=HORIZONTAL[0]) if free else motions
-    return [_shaken_either_way(motion) for motion in motions] if isinstance(motions, Iterable) else motions
+    return [_shaken_either_way(motion) for motion in motions] if checks.is_several(motions) else motions
 
 
 def measure_variables(plain: Sequence[Record], chosen: Iterable[Measure]) -> dict[str, xr.Variable]:

@@ -4,7 +4,7 @@ A measure is written alike in study files and in Python, so that `dataset.measur
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any, ClassVar
 
@@ -145,7 +145,7 @@ class AvgSa(ParametricMeasure):
 
     def __post_init__(self) -> None:
         given: Any = self.periods
-        if isinstance(given, str | bytes) or not isinstance(given, Iterable):
+        if isinstance(given, str | bytes) or not checks.is_several(given):
             raise TypeError(f"periods must be a sequence of periods (s), got {checks.kind(given)}")
         periods = tuple(period_of("periods", period) for period in given)
         if not 1 <= len(periods) <= MOST_PERIODS:

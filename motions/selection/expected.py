@@ -2,7 +2,7 @@
 
 import importlib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -85,7 +85,7 @@ def expected_target(
 
 
 def _listed(measures: Any) -> list[str | Measure]:
-    if isinstance(measures, str | Measure) or not isinstance(measures, Iterable):
+    if isinstance(measures, str | Measure) or not checks.is_several(measures):
         raise TypeError(f"measures must be a sequence of measures, got {checks.kind(measures)}")
     return list(measures)
 

@@ -1,7 +1,7 @@
 """Targets from a hazard: the joint distribution of the measures of motions, given the level of one of them."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -113,7 +113,7 @@ class Target:
     _direction: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if isinstance(self.measures, str | Measure) or not isinstance(self.measures, Iterable):
+        if isinstance(self.measures, str | Measure) or not checks.is_several(self.measures):
             raise TypeError(f"measures must be a sequence of measures, got {checks.kind(self.measures)}")
         chosen = tuple(measure_named(measure) for measure in self.measures)
         labels = [measure.label for measure in chosen]
@@ -179,7 +179,7 @@ class Mixture:
     weights: Any
 
     def __post_init__(self) -> None:
-        parts = tuple(self.targets) if isinstance(self.targets, Iterable) else ()
+        parts = tuple(self.targets) if checks.is_several(self.targets) else ()
         if not parts or not all(isinstance(part, Target) for part in parts):
             raise TypeError("targets must be a sequence of at least one Target")
         if any((part.measures, part.given) != (parts[0].measures, parts[0].given) for part in parts):

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -48,7 +48,7 @@ def history(
         block or motion that distinguishes the responses, and colours are the palette, with the first Housner black and
         dashed.
     """
-    several = isinstance(responses, Iterable) and not isinstance(responses, xr.Dataset)
+    several = checks.is_several(responses) and not isinstance(responses, xr.Dataset)
     many: list[Any] = list(responses) if several else [responses]
     if not many:
         raise ValueError("responses must be at least one history, got none")

@@ -7,6 +7,9 @@ from rich.segment import Segment
 
 from .encoding import printable
 
+MOST_COLUMNS = 1000
+"""Columns of an output that goes elsewhere, whatever COLUMNS says: lines of tables are filled up to them."""
+
 
 def say(console: Console, *lines: str) -> None:
     """Print lines as they are: without markup, colours or line breaks."""
@@ -15,9 +18,9 @@ def say(console: Console, *lines: str) -> None:
 
 
 def terminal(least: int = 100) -> Console:
-    """The console: of the terminal's width, or of at least `least` columns if the output goes elsewhere."""
+    """The console: of the terminal's width, or of `least` to `MOST_COLUMNS` columns if the output goes elsewhere."""
     console = _Printable()
-    return console if console.is_terminal else _Printable(width=max(least, console.width))
+    return console if console.is_terminal else _Printable(width=min(max(least, console.width), MOST_COLUMNS))
 
 
 class _Printable(Console):

@@ -72,6 +72,26 @@ def changed(data, name, values):
     return data.assign_coords({name: variable}) if name in data.coords else data.assign({name: variable})
 
 
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda value: motions.from_array([[0.0, 1.0, 0.0], [0.0, 2.0, 0.0]], 0.01, labels=value),
+        lambda value: motions.from_array([[0.0, 1.0, 0.0], [0.0, 2.0, 0.0]], 0.01, source=value),
+        lambda value: motions.measures(SHAKING, value),
+        lambda value: motions.Building.flexural_shear(0.5, damping=0.05, storeys=3).floor_motions(value),
+        motions.AvgSa,
+        lambda value: motions.Target(value, [1.0], [0.5]),
+        lambda value: tp.adaptive_ida(tp.Block(0.4, 1.8), value, SHAKING),
+        lambda value: fragility.rank_measures(RUNS, SHAKING, also=value),
+        lambda value: fragility.write_nrml(CURVES, "never.xml", ids=value),
+    ],
+)
+@pytest.mark.parametrize("value", [np.array("pga"), np.array(None), xr.DataArray(1.0)])
+def test_arrays_without_dimensions_are_no_sequences(function, value):
+    with pytest.raises((TypeError, ValueError), match=r"^(?!iteration over)"):
+        function(value)
+
+
 @pytest.mark.parametrize("kind", FOREIGN)
 @pytest.mark.parametrize("entrance", ENTRANCES)
 def test_every_entrance_refuses_foreign_types(entrance, kind):

@@ -108,6 +108,14 @@ def test_runs_outside_of_the_model():
         assert both == []  # (one block is within the model)
 
 
+@pytest.mark.parametrize("reasons", [slice(0, 1), [0, 0], slice(None, None, -1)])
+def test_reasons_that_a_caller_has_selected(reasons):
+    """Without all of them nothing is said of them; in another order all is."""
+    runs = tp.ida(SLENDER, LAW, shakes(20), LEVELS).isel(reason=reasons)
+    runs["outside"] = runs["outside"] * 0.0 + 0.51
+    assert len(told(lambda: tp.overturning_probability(runs))) == (3 if reasons == slice(None, None, -1) else 0)
+
+
 def test_curves_without_a_fit_or_far_too_wide():
     weak = tp.ida(SLENDER, LAW, shakes(20), [0.01, 0.02, 0.04])
     assert ["(no overturning)" in sentence for sentence in told(lambda: tp.fit_fragility(weak))] == [True]

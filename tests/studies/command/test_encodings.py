@@ -114,6 +114,15 @@ def test_as_the_environment_says(folder, encoding):
     assert "server-rack" in said.decode(encoding)
 
 
+@pytest.mark.parametrize("columns", ["1000000000", "99999999999999999999"])
+def test_columns_beyond_any_terminal(folder, columns):
+    command = [sys.executable, "-m", "toppling", "catalogue"]
+    environment = {**os.environ, "COLUMNS": columns}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert max(map(len, done.stdout.decode().splitlines())) <= 1000
+
+
 def on_terminal(command, folder, environment):
     """Return the exit code and the output of a command whose streams are a terminal."""
     leader, follower = pty.openpty()
