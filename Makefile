@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: help study docs pages screens validate-experiments schema lint test test-slow test-all \
+.PHONY: help study docs pages screens validate-experiments lint test test-slow test-all \
         wheel coverage covered-lines engine-truth faults test-exchange environments golden lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
@@ -56,10 +56,6 @@ screens: $(VENV)/installed-dev
 # docs/experiments.md: published tests beside blind predictions; TOPPLING_GRANITE=DIR names data outside
 validate-experiments: $(VENV)/installed
 	$(BIN)/python -m toppling.benchmarks.pages experiments
-
-# studies/reference/study.schema.json: what `toppling schema` prints
-schema: $(VENV)/installed
-	$(BIN)/python docs/made_schema.py studies/reference/study.schema.json
 
 # ruff and mypy
 lint: $(VENV)/installed-dev

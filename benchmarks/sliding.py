@@ -18,8 +18,9 @@ from scipy import stats
 
 from ..core.aliases import Array
 from ..core.units import STANDARD_GRAVITY
+from ..models.outputs import SLIDES
 from ..models.sliding.law import Slider
-from ..models.sliding.runs import SLIDES, friction_table, run_sliders
+from ..models.sliding.runs import friction_table, run_sliders
 from .measure import Row, seconds
 from .speed import motions
 

@@ -3,9 +3,8 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from made_schema import study_schema
-
 from toppling.core.doubts import KINDS
+from toppling.studies.file.json_schema import study_schema
 
 NAMED = " Where not given: "
 DOUBTS = {

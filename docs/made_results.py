@@ -12,8 +12,8 @@ from tempfile import TemporaryDirectory
 
 import xarray as xr
 
-from toppling.fragility.runs.outputs import AXIS, OF_ROCKING
 from toppling.fragility.validity.reasons import REASONS
+from toppling.models.outputs import AXIS, OF_ROCKING
 from toppling.studies import Study
 
 EXAMPLES = Path(__file__).parents[1] / "studies/examples"

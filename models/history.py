@@ -29,13 +29,14 @@ from .block import Block, describe_block
 from .engine import tables as engine
 from .laws import Law, Model, describe_law, oscillator_of, refuse_endless
 from .oscillator import Oscillator, exact_lever
+from .outputs import COLUMNS, OUTPUTS, SLIDES
 from .plausibility import block_doubts, law_doubts
-from .restraint_force import OF_FORCE, held_by, largest_force
-from .runs import RESULTS, Trace, leaves_floor, trace
-from .scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
+from .restraint_force import held_by, largest_force
+from .runs import Trace, leaves_floor, trace
+from .scenes.edge import FALLEN_OFF
 from .sliding.law import Sliding
-from .sliding.mode import MODE, Mode, demand, mode_of
-from .sliding.runs import LABELS, SLIDES, airborne, friction_table, run_sliders
+from .sliding.mode import Mode, demand, mode_of
+from .sliding.runs import airborne, friction_table, run_sliders
 from .sliding_engine import tables as slips
 
 spare_dask()
@@ -47,8 +48,6 @@ Variable = tuple[Any, str, str]
 """Values, unit and long name."""
 _PLAIN = ("peak_rotation", "overturned", "uplifted", "impacts", "overturning_time")
 _SIDED = ("peak_front", "peak_back", "wall_impacts", "wall_impact_velocity", "ruptured", "rupture_time", "final_state")
-_KINDS: dict[str, type] = dict.fromkeys(("overturned", "uplifted", "ruptured"), bool)
-_KINDS |= dict.fromkeys(("impacts", "wall_impacts", "final_state"), int)
 
 
 def simulate(
@@ -314,9 +313,8 @@ def _histories(
     results = run.results
     scalars: dict[str, Variable] = {}
     for name in (*_PLAIN, *(_SIDED if oscillator.sided else ())):
-        column, units, text = RESULTS[name]
-        value = results[column] + (time[0] if units == SECOND else 0.0)
-        scalars[name] = (_KINDS.get(name, float)(value), units, text)
+        value = results[COLUMNS[name]] + (time[0] if OUTPUTS[name].units == SECOND else 0.0)
+        scalars[name] = _of(name, OUTPUTS[name].kind(value).item())
     if block.restraint is not None:
         force = largest_force(
             held_by(block, oscillator),
@@ -326,9 +324,14 @@ def _histories(
             max(0.0, -acceleration.min()),
             max(0.0, acceleration.max()),
         )
-        scalars["restraint_force"] = (float(force), OF_FORCE["units"], OF_FORCE["long_name"])
+        scalars["restraint_force"] = _of("restraint_force", float(force))
     title = "Rocking history of a freestanding block"
     return _dataset(title, block, model, time, on_time, scalars, alpha=block.alpha, R=block.R, p=block.p)
+
+
+def _of(name: str, value: Any) -> Variable:
+    """Return an output of the run with its unit and long name."""
+    return value, OUTPUTS[name].units, OUTPUTS[name].text
 
 
 def _dataset(
@@ -380,10 +383,10 @@ def _slide_history(
     }
     if vertical is not None:
         on_time["vertical_acceleration"] = (vertical, ACCELERATION, "of the floor, upward")
-    scalars: dict[str, Variable] = {name: (value, *LABELS[name]) for name, value in results.items()}
+    scalars = {name: _of(name, value) for name, value in results.items()}
     mode = Mode(int(mode_of(block, model.static, demand(acceleration, vertical, np.ones(1))[0])))
-    scalars["mode"] = (mode.value, MODE["units"], MODE["long_name"])
+    scalars["mode"] = _of("mode", mode.value)
     if block.edge is not None:
         fell = block.edge.fallen_off(results["slide_forward"], results["slide_backward"], block.b)
-        scalars[FALLEN_OFF] = (fell, OF_FALLEN_OFF["units"], OF_FALLEN_OFF["long_name"])
+        scalars[FALLEN_OFF] = _of(FALLEN_OFF, fell)
     return _dataset("History of a sliding block", block, model, time, on_time, scalars)

@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.units import NEWTON, described
 from .block import Block
 from .oscillator import Oscillator
 
@@ -35,7 +34,6 @@ class HeldBy(NamedTuple):
     broken: Any = 0.0
 
 
-OF_FORCE = described("greatest force of each part of the restraint, its strength if it broke", NEWTON)
 NONE = HeldBy._make([math.nan] * 11)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..core import checks
 from ..core.aliases import Array, Index
-from ..core.units import ANGULAR_VELOCITY, DIMENSIONLESS, RADIAN, SECOND, STANDARD_GRAVITY
+from ..core.units import STANDARD_GRAVITY
 from .block import Block
 from .engine import tables
 from .engine.exact_runs import run_exact
@@ -23,10 +23,9 @@ from .engine.regions import AT_REST
 from .engine.starts import begin_runs
 from .laws import HousnerImpact
 from .oscillator import Oscillator, Stack, stack
+from .outputs import OF_ENGINE
 from .sliding.law import PlaneSlider, Slider
 from .sliding.runs import (
-    OF_OBSTACLES,
-    SLIDES,
     PlaneTable,
     friction_table,
     plane_table,
@@ -37,35 +36,8 @@ from .sliding.runs import (
 Specimen = Oscillator | Slider | PlaneSlider
 """A block under a law in numbers."""
 
-_SIDES = "NaN of blocks that are alike on both sides"
-_STRUCK = "greatest angular speed at which the block struck a wall"
-_FINAL = (
-    "where the block ends: 0 stands, 1 and -1 held beyond its balance at the front and at the back (by a wall, on a "
-    "strap), 2 and -2 fell forward and backward"
-)
-_AIRBORNE = "whether the floor falls faster than g: not computed, counted as overturned"
-RESULTS: dict[str, tuple[int, str, str]] = {
-    "overturned": (tables.OUT_OVERTURNED, DIMENSIONLESS, "whether the block overturned"),
-    "peak_rotation": (tables.OUT_PEAK, RADIAN, "peak absolute rotation, pi/2 if overturned"),
-    "uplifted": (tables.OUT_UPLIFTED, DIMENSIONLESS, "whether the block uplifted"),
-    "impacts": (tables.OUT_IMPACTS, DIMENSIONLESS, "impacts during the record"),
-    "overturning_time": (tables.OUT_OVERTURN_TIME, SECOND, "time of overturning, NaN if it stands"),
-    "impact_velocity": (tables.OUT_STRIKE, ANGULAR_VELOCITY, "greatest angular speed at which the block came down"),
-    "direction": (tables.OUT_DIRECTION, DIMENSIONLESS, "sign of the rotation in which the block fell, 0 if it stands"),
-    "peak_front": (tables.OUT_FRONT, RADIAN, f"peak forward rotation, {_SIDES}"),
-    "peak_back": (tables.OUT_BACK, RADIAN, f"peak backward rotation, {_SIDES}"),
-    "wall_impacts": (tables.OUT_WALL_IMPACTS, DIMENSIONLESS, "impacts at walls during the record"),
-    "wall_impact_velocity": (tables.OUT_WALL_STRIKE, ANGULAR_VELOCITY, _STRUCK),
-    "ruptured": (tables.OUT_BROKEN, DIMENSIONLESS, "whether the restraint broke"),
-    "rupture_time": (tables.OUT_BREAK_TIME, SECOND, "time at which the restraint broke, NaN if it held"),
-    "final_state": (tables.OUT_WELL, DIMENSIONLESS, _FINAL),
-    "airborne": (tables.OUT_AIRBORNE, DIMENSIONLESS, _AIRBORNE),
-}
-"""Results of a run of a rocking block by name: their column, unit and long name."""
-
-OUTPUTS: dict[str, int] = {name: column for name, (column, _, _) in RESULTS.items()}
-COLUMNS = {**OUTPUTS, **SLIDES, **OF_OBSTACLES}
-"""Results of a run by name, and their column among the columns of its kind."""
+OUTPUTS = OF_ENGINE
+"""Outputs of the engine of rocking blocks by name, and their column."""
 
 TALLY: tuple[str, ...] = tables.TALLY
 """The engine's counts: samples of all runs, samples left out by reason, and events solved."""

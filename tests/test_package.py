@@ -77,7 +77,7 @@ class TestWheel:
         modules |= {f"toppling/{name}" for name in ROOT_FILES}
         data = {"toppling/core/doubts.toml", "toppling/models/catalogue.csv", "toppling/motions/example.AT2"}
         data |= {"toppling/fragility/curves/published.csv", "toppling/studies/plan/piece_classes.csv"}
-        data |= {f"toppling/studies/reference/{name}" for name in ("study.schema.json", "renamed_variables.csv")}
+        data |= {"toppling/studies/reference/renamed_variables.csv"}
         data.add("toppling/studies/text/terms.csv")
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}
         folders = [ROOT / package / "templates" for package in ("fragility", "studies")]

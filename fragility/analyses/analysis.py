@@ -15,6 +15,7 @@ import xarray as xr
 from ...core.doubts import Doubt, warn
 from ...core.units import provenance
 from ...models import Block, Model, describe_block, describe_law
+from ...models.outputs import AXIS, BOTH, OUTPUTS
 from ...models.plausibility import block_doubts, law_doubts, still_doubts
 from ...models.runs import Specimen
 from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Record, motion_coordinates
@@ -25,7 +26,6 @@ from ...motions.polarity import BOTH as BOTH_WAYS
 from ..runs.axes import along_width, axes_of, check_axes, check_outputs
 from ..runs.factors import Factors, ScaleFactors
 from ..runs.labels import block_coordinates, depth_coordinate, law_coordinates, output_variables, restitution_variable
-from ..runs.outputs import AXIS, BOTH, OUTPUTS
 from ..runs.plan import LeftError, refuse_endless_runs
 from ..runs.provenance import AXES, CLOUD, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL_OF_ROCKING, Request, check_vertical, collect_about, work_of

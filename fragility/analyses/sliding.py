@@ -14,16 +14,15 @@ from ...core.doubts import warn
 from ...core.units import described
 from ...models import Block
 from ...models.friction import MOST_FRICTION, Contact, Friction
+from ...models.outputs import BOTH as OF_BOTH, OUTPUTS, TRIP_VELOCITY
 from ...models.runs import Specimen
-from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
+from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.law import LEAST_FRICTION, PlaneSlider, Slider, check_free
-from ...models.sliding.mode import MODE, Mode, demand, demand_in_plane, mode_in_plane, mode_of
-from ...models.sliding.runs import LABELS, TRIP_VELOCITY
+from ...models.sliding.mode import Mode, demand, demand_in_plane, mode_in_plane, mode_of
 from ...models.sliding.trip import OF_TRIPS, TRIP, TRIPS, trips
 from ...motions.arrays import AS_GIVEN, DRAW, POLARITY, RECORD, Record, polarity_coordinate
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, REVERSED
 from ..runs.axes import along_depth, along_width, axes_of
-from ..runs.outputs import BOTH as OF_BOTH, OUTPUTS
 from ..runs.plan import Work
 from ..runs.provenance import blocks_of, carried_attributes, factors_of, records_of
 from ..runs.request import ENDS, collect, runner_of
@@ -39,9 +38,7 @@ SLIPS = tuple(MIRRORED)
 AFTER = ENDS[1]
 """Way of blocks that slide on when a motion ends."""
 TEXTS = {
-    **{name: dict(zip(("units", "long_name"), LABELS[name], strict=True)) for name in (*SLIPS, TRIP_VELOCITY)},
-    "mode": MODE,
-    FALLEN_OFF: OF_FALLEN_OFF,
+    **{name: OUTPUTS[name].attributes for name in (*SLIPS, TRIP_VELOCITY, "mode", FALLEN_OFF)},
     TRIPS: OF_TRIPS,
 }
 """Attributes of the results."""

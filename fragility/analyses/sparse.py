@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...core.aliases import Array, Index
 from ...core.parameters import USUAL_CONFIDENCE
 from ...core.units import DIMENSIONLESS, ENDS, PER_YEAR, described, of_end, provenance
+from ...models.outputs import OUTPUTS
 from ...motions.arrays import BOTH_AXES, motion_coordinates
 from ...motions.intensity.evaluation import measure_variables
 from ...motions.intensity.naming import GROUND, measure_named
@@ -19,7 +20,6 @@ from ..adaptive.sequential import SequentialCurve, account, half_width
 from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
 from ..runs.labels import OF_ACCOUNT, OF_DISPERSION, OF_MEDIAN, OF_STOP, depth_coordinate
-from ..runs.outputs import OUTPUTS
 from ..runs.provenance import AXES, RUN, configuration_of
 from ..runs.request import Request, part_of
 from ..runs.scaling import BlockMeasure, name_at
@@ -111,7 +111,7 @@ def labelled(
         elif name in _RUNS:
             attributes = described(_RUNS[name])
         else:
-            attributes = described(OUTPUTS[name].text, OUTPUTS[name].units)
+            attributes = OUTPUTS[name].attributes
         variables[name] = xr.Variable(RUN, np.concatenate([wave.runs[name] for wave in waves]), attributes)
     specimens = specimens_of(request)
     motions = xr.concat([wave.motions for wave in waves], "motion", coords="minimal", compat="override")

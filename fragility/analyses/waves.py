@@ -17,6 +17,7 @@ from ...core.elementary import Array, Index, power
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS
 from ...models import Block
+from ...models.outputs import DERIVED
 from ...models.runs import Specimen
 from ...motions.arrays import BOTH_AXES, Record
 from ...motions.intensity.measure import Measure
@@ -24,7 +25,6 @@ from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...motions.simulated.generator import Generator
 from ..adaptive.until import Until
 from ..runs.axes import along_width, axes_of, check_axes, check_outputs
-from ..runs.outputs import DERIVED
 from ..runs.plan import LEAST_OF_A_WAVE
 from ..runs.request import Request, check_vertical, collect_about, part_of, work_of
 from ..runs.scaling import SCALE, BlockMeasure, check_factors, ground_of, intensities, intensity_measure

@@ -15,9 +15,9 @@ import xarray as xr
 from ...core import checks
 from ...core.parameters import Parameter, check
 from ...core.units import DIMENSIONLESS
+from ...models.outputs import OUTPUTS
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
-from ..runs.outputs import OUTPUTS
 from ..runs.provenance import RUN, about_both_axes, load_coordinates
 
 OVERTURNED = "overturned"

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from ...models import Block, Model
+from ...models.outputs import AXIS, DECIDING, EARLIER, EITHER, FALLEN, OF_AXES, OUTPUTS, SLIDES
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import BOTH_AXES, WEAK_AXIS, Record
-from .outputs import AXIS, DECIDING, EARLIER, EITHER, FALLEN, OF_AXES, OUTPUTS, SLIDES_IN_PLANE
 
 WEAK_RATIO = 1.6
 """Ratio of depth to width from which the axis along the width decides alone (docs/theory/axes.md)."""
@@ -55,7 +55,7 @@ def check_outputs(axes: str, outputs: Sequence[str], models: Sequence[Model]) ->
         if AXIS in outputs:
             raise ValueError("outputs: axis is of runs about both axes (motions.both_axes), got one component")
         return
-    allowed = SLIDES_IN_PLANE if _sliding(models) else OF_AXES
+    allowed = SLIDES if _sliding(models) else OF_AXES
     for name in outputs:
         if name not in allowed:
             raise ValueError(f"outputs of runs about both axes must be among {', '.join(allowed)}, got {name!r}")

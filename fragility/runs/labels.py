@@ -15,11 +15,11 @@ from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, RADIAN, descri
 from ...models import Block, Model
 from ...models.block import describe_scene
 from ...models.oscillator import Oscillator
+from ...models.outputs import DERIVED, OUTPUTS
 from ...models.restraint_force import held_by, largest_force
 from ...models.sliding.mode import demand, mode_of
 from ...motions.intensity.measure import RESULT_MEASURES
 from ..numerics.slabs import Allocator
-from .outputs import DERIVED, OUTPUTS
 from .plan import Chunk, Work
 from .provenance import BED, EDGE, SCENE
 from .request import Request, Runs
@@ -44,7 +44,7 @@ def output_variables(
     variables = {}
     for name in request.outputs:
         values = _output(name, runs, blocks, work, request.runner.array).reshape(tuple(sizes.values()))
-        variables[name] = xr.Variable(tuple(sizes), values, described(OUTPUTS[name].text, OUTPUTS[name].units))
+        variables[name] = xr.Variable(tuple(sizes), values, OUTPUTS[name].attributes)
     return variables
 
 

@@ -19,10 +19,9 @@ from ...core.aliases import Array, Index
 from ...models import Block
 from ...models.laws import Model, refuse_endless
 from ...models.oscillator import Oscillator, Stack
+from ...models.outputs import COLUMNS, OF_ENGINE, OUTPUTS
 from ...models.runs import (
-    COLUMNS,
     ENOUGH_OF_ONE,
-    OUTPUTS as ENGINE_OUTPUTS,
     TALLY,
     Specimen,
     run_mixed,
@@ -33,7 +32,6 @@ from ...models.sliding.law import PlaneSlider
 from ...motions.arrays import Record
 from .factors import BlockFactors, Factors, dense
 from .oscillators import OscillatorGrid
-from .outputs import OUTPUTS
 
 # Planning figures, on the generous side of benchmarks/speed.py: one sample of one run on a present core, closed form
 # and exact geometry.
@@ -96,7 +94,7 @@ class Work(NamedTuple):
     motions: tuple[Record, ...]
     factors: Factors
     skip: bool = True
-    outputs: tuple[str, ...] = tuple(ENGINE_OUTPUTS)
+    outputs: tuple[str, ...] = tuple(OF_ENGINE)
     per_block: int = 1
 
     @property

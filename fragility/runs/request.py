@@ -10,6 +10,7 @@ from ...core import checks
 from ...core.aliases import Index, Progress
 from ...models import Block, Law, Model
 from ...models.laws import oscillator_of
+from ...models.outputs import DERIVED, OF_ROCKING, OF_SLIDING, OUTPUTS
 from ...models.runs import TALLY, Specimen
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.law import SlidingLaw
@@ -17,7 +18,6 @@ from ...motions.arrays import Record
 from .axes import along_depth, axes_of, needed, of_both
 from .factors import Factors
 from .oscillators import OscillatorGrid
-from .outputs import DERIVED, OF_ROCKING, OF_SLIDING, OUTPUTS
 from .plan import Work, plan_chunks
 from .runners import ConfiguredScheduler, Runner, Workers, default_client
 

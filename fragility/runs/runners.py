@@ -26,10 +26,10 @@ from dask.local import MultiprocessingPoolExecutor, get_async, get_sync
 from dask.system import CPU_COUNT
 from numpy.typing import NDArray
 
+from ...models.outputs import OUTPUTS
 from ...models.runs import TALLY, engine_identity
 from ...motions.arrays import digest
 from ..numerics.slabs import in_memory
-from .outputs import OUTPUTS
 from .plan import LEAST_IN_MEMORY, Chunk, ChunkResult, LeftError, Work, never, plan_chunks, run_chunk, run_part
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from ...core.streams import key_of, stream
 from ...models import Block, Law
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
+from ...models.outputs import AXIS
 from ...motions.arrays import Record
-from ..runs.outputs import AXIS
 from ..runs.request import Request, collect, collect_about, runner_of, work_of
 from ..runs.runners import Workers
 from .distributions import Beta, Lognormal

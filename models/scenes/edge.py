@@ -7,7 +7,6 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...core.parameters import Parameter, check
-from ...core.units import described
 
 CENTRE, FOOT = "centre", "foot"
 FALLS_WHEN = (CENTRE, FOOT)
@@ -15,8 +14,6 @@ FALLS_WHEN = (CENTRE, FOOT)
 Distance = Annotated[float, Parameter("m", at_least=0.0, written="mm")]
 FALLEN_OFF = "fallen_off"
 """Name of the flag of blocks that slide over an edge."""
-OF_FALLEN_OFF = described("whether the block slid over an edge, False of blocks near none")
-"""Its attributes."""
 
 
 @dataclass(frozen=True, slots=True)

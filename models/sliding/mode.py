@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.aliases import Array
-from ...core.units import STANDARD_GRAVITY, described
+from ...core.units import STANDARD_GRAVITY
 from ..block import Block
 
 
@@ -18,10 +18,6 @@ class Mode(enum.IntEnum):
     SLIDES = 1
     ROCKS = 2
     AIRBORNE = -1
-
-
-MODE = described("what the block does first: 0 rests, 1 slides, 2 rocks, -1 loses contact with the floor")
-"""Attributes of modes."""
 
 
 def demand(acceleration: Array, vertical: Array | None, factors: Array) -> Array:

@@ -9,41 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.aliases import Array, Flags, Index
-from ...core.units import DIMENSIONLESS, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
+from ...core.units import STANDARD_GRAVITY
 from ..sliding_engine import plane_tables, tables
 from ..sliding_engine.lanes import slide
 from ..sliding_engine.obstacle import run_into
 from ..sliding_engine.plane import slide_in_plane
 from .law import PlaneSlider, Slider
-
-SLIDES: dict[str, int] = {
-    "slide_peak": tables.OUT_PEAK,
-    "slide_forward": tables.OUT_FORWARD,
-    "slide_backward": tables.OUT_BACKWARD,
-    "slide_residual": tables.OUT_RESIDUAL,
-    "slide_path": tables.OUT_PATH,
-    "slide_velocity": tables.OUT_SPEED,
-    "slips": tables.OUT_SLIPS,
-    "first_slip_time": tables.OUT_FIRST,
-    "slide_after": tables.OUT_AFTER,
-}
-"""Results of a sliding run by name, and their column."""
-TRIP_VELOCITY = "trip_velocity"
-OF_OBSTACLES: dict[str, int] = {TRIP_VELOCITY: tables.OUT_MET}
-"""Results of a run towards an obstacle."""
-LABELS: dict[str, tuple[str, str]] = {
-    "slide_peak": (METRE, "greatest slip to either side"),
-    "slide_forward": (METRE, "greatest slip to the front"),
-    "slide_backward": (METRE, "greatest slip to the back"),
-    "slide_residual": (METRE, "slip in which the block comes to rest"),
-    "slide_path": (METRE, "way that the block slides in all"),
-    "slide_velocity": (VELOCITY, "greatest velocity relative to the floor"),
-    "slips": (DIMENSIONLESS, "number of times that the block begins to slide or turns round"),
-    "first_slip_time": (SECOND, "time at which the block first slides, NaN if it stays"),
-    "slide_after": (METRE, "way that the block slides after the end of the motion, on a floor at rest"),
-    TRIP_VELOCITY: (VELOCITY, "velocity with which the block first meets the obstacle, NaN if it does not get there"),
-}
-"""Units and long name of each result."""
 
 ONE_WAY = 1e300
 """Static friction that nothing exceeds: infinity times a vertical acceleration of zero has no value."""

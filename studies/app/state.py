@@ -8,7 +8,6 @@ import math
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,12 +21,12 @@ from ...models.friction import CONTACTS
 from ...models.laws import LAWS
 from ..file.blocks import BlockTable
 from ..file.include import read_content, refuse_text
+from ..file.json_schema import study_schema
 from ..file.refusals import refusals
 from ..file.schema import StudyFile
 from ..file.table import UNIT_FACTORS, WRITTEN, all_errors
 from ..text.error import StudyError, writing
 
-SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
 START = Path(__file__).parent / "piece.toml"
 ENDING = ".live.toml"
 PIECE_STATE, BUILDING_STATE = f"piece{ENDING}", f"building{ENDING}"
@@ -67,15 +66,9 @@ class Field(NamedTuple):
     about: str
 
 
-@cache
-def _schema() -> dict[str, Any]:
-    schema: dict[str, Any] = json.loads(SCHEMA.read_text(encoding="utf-8"))
-    return schema
-
-
 def declared_at(content: Mapping[str, Any], path: str) -> dict[str, Any]:
     """Return the schema of a key of a study; KeyError if the study's tables have no such key."""
-    node: dict[str, Any] = _schema()
+    node: dict[str, Any] = study_schema()
     value: Any = content
     for part in path.split("."):
         node = _chosen(node, value)
@@ -90,7 +83,7 @@ def declared_at(content: Mapping[str, Any], path: str) -> dict[str, Any]:
 def _chosen(node: dict[str, Any], value: Any) -> dict[str, Any]:
     """Return a schema without references, of several alternatives the one that has the words of a value."""
     if "$ref" in node:
-        definition: dict[str, Any] = _schema()["$defs"][node["$ref"].rpartition("/")[2]]
+        definition: dict[str, Any] = study_schema()["$defs"][node["$ref"].rpartition("/")[2]]
         return {**definition, **{key: text for key, text in node.items() if key == "description"}}
     for alternative in node.get("oneOf", ()):
         table = _chosen(alternative, value)

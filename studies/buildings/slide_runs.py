@@ -30,8 +30,8 @@ from ...fragility.uncertainty.joint import INDEPENDENT, TOGETHER, PieceDraws, Va
 from ...fragility.validity.plausibility import cut_slides, end_doubts
 from ...models import Block, Law
 from ...models.friction import Friction
+from ...models.outputs import TRIP_VELOCITY
 from ...models.runs import Specimen
-from ...models.sliding.runs import TRIP_VELOCITY
 from ...models.sliding.trip import trips
 from ...motions.arrays import Record
 from ..inventory.consequences import REALISATIONS

@@ -15,7 +15,7 @@ import signal
 import sys
 import warnings
 from contextlib import AbstractContextManager, nullcontext
-from json import loads
+from json import dumps
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -58,8 +58,6 @@ INTERRUPTED = {
 }
 """Sentences of an interrupt by command, where the interrupted work has none of its own."""
 
-SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
-"""The schema of study files as `make schema` writes it, for the classes of all tables take a second to load."""
 
 RUN = Group("Run", sort_key=1)
 READ = Group("Results", sort_key=2)
@@ -509,13 +507,13 @@ def schema(*, out: Path | None = None) -> None:
         File to write instead of printing.
     """
     from ...core.writing import write_bytes
+    from ..file.json_schema import study_schema
 
-    stored = SCHEMA.read_bytes()
     if out is None:
-        sys.stdout.write(json_text(loads(stored), indent=2) + "\n")
+        sys.stdout.write(json_text(study_schema(), indent=2) + "\n")
         return
     with writing(out):
-        write_bytes(out, stored)
+        write_bytes(out, (dumps(study_schema(), ensure_ascii=False, indent=2) + "\n").encode())
 
 
 def _connect(address: str) -> Client:
@@ -583,8 +581,7 @@ def main(arguments: list[str] | None = None) -> int:
                 raise RuntimeWarning(
                     f"Environment variable {name!r} must be a number of at least {least}, got {given!r}"
                 )
-        # (the last one, `schema`, loads nothing)
-        if words and words[0] in COMMANDS[:-1] and 0 < memory_limit() < LEAST_OF_ANY:
+        if words and words[0] in COMMANDS and 0 < memory_limit() < LEAST_OF_ANY:
             return _out_of_memory()
         app(arguments, exit_on_error=False, print_error=False)
         sys.stdout.flush()

@@ -25,12 +25,12 @@ from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LINKS
 from ...fragility.fitting.states import OVERTURNED, UPLIFTED
 from ...fragility.hazard.pieces import EXTEND
-from ...fragility.runs.outputs import OF_ROCKING
 from ...fragility.runs.request import USUAL_OF_ROCKING
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
 from ...fragility.uncertainty.joint import INDEPENDENT, TOGETHER
 from ...fragility.validity.slab_screen import FACTORS
 from ...models import Block
+from ...models.outputs import OF_ROCKING
 from ...motions.plausibility import collapse_doubts, ringing_doubts, scaling_doubts
 from ...motions.polarity import BOTH, both_polarities
 from ...motions.scaling import scale_to

@@ -15,10 +15,10 @@ from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
 from ...fragility.fitting.states import state_name
 from ...fragility.risk.modelling import range_of_half_levels
-from ...fragility.runs.outputs import DERIVED
 from ...fragility.runs.runners import Runner
 from ...fragility.validity.notes import screen_facts
 from ...fragility.validity.slab_screen import ScreenRequest
+from ...models.outputs import DERIVED
 from ...motions.arrays import LIFTS
 from ..file.schema import StudyFile
 from ..plan.adaptive_slides import SLIP_HALF, adaptive_slides, groups

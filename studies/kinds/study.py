@@ -26,7 +26,6 @@ from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import RETURN_PERIODS, hazard_doubts, level_at, point_off
 from ...fragility.numerics import slabs
 from ...fragility.runs.labels import ordered
-from ...fragility.runs.outputs import OUTPUTS
 from ...fragility.runs.plan import (
     MOST_CASES,
     SECONDS_PER_PLANE_SAMPLE,
@@ -42,6 +41,7 @@ from ...fragility.validity.undecided import perturbed_runs
 from ...models import Block, Law, Restraint
 from ...models.friction import Friction
 from ...models.oscillator import Oscillator
+from ...models.outputs import OUTPUTS
 from ...models.plausibility import block_doubts, stated_restitution_doubts, still_doubts
 from ...models.runs import engine_identity, prepare
 from ...motions import records

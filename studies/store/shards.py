@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from ...core.wording import system_errors, system_reason
 from ...fragility.runs.factors import BlockFactors
-from ...fragility.runs.outputs import OUTPUTS
 from ...fragility.runs.plan import Chunk, ChunkResult, Work
 from ...fragility.runs.runners import Runner
+from ...models.outputs import OUTPUTS
 from ...models.runs import TALLY, engine_identity
 from ...motions.arrays import digest
 from ..text.error import StudyError

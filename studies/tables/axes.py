@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import xarray as xr
 
-from ...fragility.runs.outputs import AXIS
+from ...models.outputs import AXIS
 from ..buildings.variables import SIDEWAYS
 from ..text.block_order import shown
 from ..text.words import reference_law

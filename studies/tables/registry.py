@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from ...fragility.runs.outputs import AXIS
+from ...models.outputs import AXIS
 from ..buildings.variables import SIDEWAYS
 from ..facts.answer_building import recommended_lines
 from ..plan.adaptive_slides import SLIP_HALF

@@ -8,7 +8,7 @@ import xarray as xr
 from ...core.aliases import Array
 from ...core.facts import Fact
 from ...core.wording import listed_name
-from ...fragility.runs.outputs import AXIS
+from ...models.outputs import AXIS
 from ...motions.arrays import HORIZONTAL
 from ...motions.intensity.directions import PAIR_MEASURES
 from .words import measure_name

@@ -3,7 +3,6 @@
 import ast
 import csv
 import inspect
-import json
 import re
 import tomllib
 from operator import attrgetter
@@ -14,15 +13,16 @@ import pytest
 import refused_cases
 import script_cases
 import study_cases
-from case import HERE, ROOT
+from case import HERE
 
 import toppling
 from toppling.fragility.curves import published
 from toppling.models import friction
 from toppling.studies.command.cli import COMMANDS, app
+from toppling.studies.file.json_schema import study_schema
 
 NOT_COVERED = HERE / "not_covered.csv"
-SCHEMA = json.loads((ROOT / "studies/reference/study.schema.json").read_text(encoding="utf-8"))
+SCHEMA = study_schema()
 FACES = {
     "toppling": toppling,
     **{

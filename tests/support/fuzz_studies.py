@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import jsonschema
-from study_schema import made_schema
 
 import toppling as tp
 from toppling.studies import StudyError
+from toppling.studies.file import json_schema
 from toppling.studies.file.include import read_content
 from toppling.studies.file.schema import StudyFile
 from toppling.studies.plan import size
@@ -32,7 +32,7 @@ MOST_SECONDS = 2.0
 MOST_MEMORY = 2**30
 # In place of the 5e8 that studies may have: a mutant with a valid number of a million motions is no defect, only slow.
 MOST_NUMBERS = 200_000
-CHECK = jsonschema.Draft202012Validator(made_schema.study_schema())
+CHECK = jsonschema.Draft202012Validator(json_schema.study_schema())
 
 NUMBERS = (
     "0", "-0.0", "-1", "1", "2", "3", "1e308", "-1e308", "1e-308", "5e-324", "1e400", "nan", "-nan", "inf", "-inf",

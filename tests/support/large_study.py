@@ -13,7 +13,7 @@ import numpy as np
 
 from toppling.fragility.numerics import slabs
 from toppling.fragility.runs import plan, runners
-from toppling.fragility.runs.outputs import OUTPUTS
+from toppling.models.outputs import OUTPUTS
 from toppling.models.runs import TALLY
 from toppling.studies.command import cli
 from toppling.studies.kinds import study as base

@@ -1,4 +1,4 @@
-"""The JSON schema of study files and the reference of all keys, as the scripts of the documentation make them."""
+"""The reference of all keys, as a script of the documentation makes it."""
 
 import importlib
 import sys
@@ -7,4 +7,4 @@ from pathlib import Path
 import toppling as tp
 
 sys.path.append(str(Path(tp.__file__).parent / "docs"))
-made_keys, made_schema = (importlib.import_module(name) for name in ("made_keys", "made_schema"))
+made_keys = importlib.import_module("made_keys")

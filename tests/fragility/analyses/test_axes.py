@@ -11,8 +11,8 @@ from flips import undecided_outcomes
 import toppling as tp
 from toppling import fragility, motions
 from toppling.fragility.runs import axes
-from toppling.fragility.runs.outputs import OF_AXES
 from toppling.fragility.validity.notes import block_facts, screen_facts
+from toppling.models.outputs import OF_AXES
 
 LEVELS = [2.0, 4.0, 7.0]
 FACTORS = [0.7, 1.4, 2.5]

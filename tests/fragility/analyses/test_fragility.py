@@ -13,9 +13,9 @@ from fit_cases import BAKER, BAKER_MEDIAN, counts
 
 import toppling as tp
 from toppling.fragility import Work, plan_chunks, run_chunk, screen
-from toppling.fragility.runs.outputs import OF_ROCKING, OUTPUTS as EVERY_OUTPUT
 from toppling.fragility.runs.plan import SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE
 from toppling.fragility.runs.scaling import scaling
+from toppling.models.outputs import OF_ROCKING, OUTPUTS as EVERY_OUTPUT
 from toppling.motions import records
 
 OUTPUTS = [name for name in OF_ROCKING if name != "axis"]

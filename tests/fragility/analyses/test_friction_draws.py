@@ -8,7 +8,7 @@ from toppling.fragility import Slip, slide_runs
 from toppling.fragility.analyses.friction_draws import draws
 from toppling.models import RandomSliding
 from toppling.models.friction import Contact, LognormalFriction
-from toppling.models.sliding.runs import SLIDES
+from toppling.models.outputs import SLIDES
 from toppling.motions import both_axes
 
 BLOCK = tp.Block(0.6, 1.8)

@@ -11,9 +11,10 @@ import toppling as tp
 from toppling import motions as mo
 from toppling.fragility import Slip, fit_fragility, overturning_probability, slide_runs, wilson_interval
 from toppling.models.friction import CONTACTS, Contact, FixedFriction, LognormalFriction, contact_named
+from toppling.models.outputs import SLIDES
 from toppling.models.sliding.law import PlaneSlider
 from toppling.models.sliding.mode import Mode
-from toppling.models.sliding.runs import SLIDES, plane_table, run_in_plane
+from toppling.models.sliding.runs import plane_table, run_in_plane
 from toppling.motions.arrays import records
 
 G = 9.80665

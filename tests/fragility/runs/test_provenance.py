@@ -14,7 +14,7 @@ from toppling import fragility, motions
 from toppling.fragility import HazardCurve, RandomInputs, Uniform
 from toppling.fragility.curves import published
 from toppling.fragility.runs import provenance as read_back
-from toppling.fragility.runs.outputs import OUTPUTS
+from toppling.models.outputs import OUTPUTS
 
 LEVELS = np.geomspace(0.5, 40.0, 10)
 LAWS = [tp.HousnerImpact(), tp.EnergyConsistent()]

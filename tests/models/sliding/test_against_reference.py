@@ -11,7 +11,8 @@ from slide_cases import cases, stored
 from slide_reference import NAMES, solve
 from slide_scan import scan
 
-from toppling.models.sliding.runs import ONE_WAY, SLIDES, run_sliders
+from toppling.models.outputs import SLIDES
+from toppling.models.sliding.runs import ONE_WAY, run_sliders
 from toppling.models.sliding_engine import sample, tables
 
 COLUMNS = {

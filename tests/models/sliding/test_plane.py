@@ -6,9 +6,10 @@ from slide_in_plane_reference import slide
 from slip_in_plane import peak_in_plane
 
 import toppling as tp
+from toppling.models.outputs import SLIDES
 from toppling.models.runs import run_specimens, stacked
 from toppling.models.sliding.law import PlaneSlider, Slider
-from toppling.models.sliding.runs import IN_PLANE, SLIDES, friction_table, plane_table, run_in_plane, run_sliders
+from toppling.models.sliding.runs import IN_PLANE, friction_table, plane_table, run_in_plane, run_sliders
 from toppling.models.sliding_engine import plane_tables
 from toppling.motions.arrays import Record
 

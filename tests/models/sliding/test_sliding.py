@@ -10,9 +10,10 @@ from shared_cases import SHARED, needs_shared
 import toppling as tp
 from toppling import motions as mo
 from toppling.fragility import Slip
+from toppling.models.outputs import SLIDES
 from toppling.models.sliding.law import Slider
 from toppling.models.sliding.mode import Mode
-from toppling.models.sliding.runs import SLIDES, friction_table, run_sliders
+from toppling.models.sliding.runs import friction_table, run_sliders
 from toppling.motions.arrays import records
 
 G = 9.80665

@@ -9,12 +9,13 @@ from slide_reference import speed_at
 from slide_scan import scan
 
 import toppling as tp
+from toppling.models.outputs import COLUMNS, SLIDES
 from toppling.models.sliding.law import Slider
-from toppling.models.sliding.runs import OF_OBSTACLES, SLIDES, friction_table, run_sliders
+from toppling.models.sliding.runs import friction_table, run_sliders
 from toppling.models.sliding.trip import tripping_velocity, trips
 
 G = 9.80665
-MET, PEAK = OF_OBSTACLES["trip_velocity"], SLIDES["slide_peak"]
+MET, PEAK = COLUMNS["trip_velocity"], SLIDES["slide_peak"]
 
 
 def met(record, dt, obstacle, static, kinetic=None, factor=1.0, vertical=None):

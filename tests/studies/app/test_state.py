@@ -1,13 +1,13 @@
 """The state of the live page: edits of one key, units, and files that are read as they were written."""
 
 import copy
-import json
 import tomllib
 
 import pytest
 
 from toppling.models import LAWS, catalogue
 from toppling.studies.app import piece_studies, state
+from toppling.studies.file.json_schema import study_schema
 from toppling.studies.file.schema import read_study_file
 from toppling.studies.text.error import StudyError
 
@@ -135,7 +135,7 @@ def test_toml_holds_every_text(start, text):
 
 
 def test_bounds_and_sentences_are_declared(start):
-    schema = json.loads(state.SCHEMA.read_text("utf-8"))
+    schema = study_schema()
     about = schema["$defs"]["SiteBasedScenarioScenarioMotions"]["properties"]["magnitude"]
     shown = state.field(start, "motions.magnitude", "cm")
     assert (shown.least, shown.most, shown.about) == (about["minimum"], about["maximum"], about["description"])

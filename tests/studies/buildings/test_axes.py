@@ -17,8 +17,9 @@ from toppling.fragility import HazardCurve
 from toppling.fragility.runs.axes import WEAK_RATIO
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.models.friction import LognormalFriction
+from toppling.models.outputs import SLIDES
 from toppling.models.sliding.law import PlaneSlider
-from toppling.models.sliding.runs import SLIDES, plane_table, run_in_plane
+from toppling.models.sliding.runs import plane_table, run_in_plane
 from toppling.motions.arrays import BOTH_AXES, WEAK_AXIS, digest
 from toppling.motions.floors.histories import FloorHistories, History
 from toppling.studies.buildings.assessment import Assessment

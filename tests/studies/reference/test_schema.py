@@ -10,21 +10,22 @@ from typing import Annotated
 
 import jsonschema
 import pytest
-from study_schema import made_keys, made_schema
+from study_schema import made_keys
 
 import toppling as tp
 from toppling import motions as mo
 from toppling.core.parameters import Parameter, check, declared
 from toppling.models import LAWS
 from toppling.studies.command.cli import main
+from toppling.studies.file import json_schema
 from toppling.studies.file.derived import Derived, derived
 from toppling.studies.file.schema import StudyFile
 from toppling.studies.file.table import Table, bare
 
 EXAMPLES = sorted((Path(tp.__file__).parent / "studies" / "examples").glob("*.toml"))
-SCHEMA = made_schema.study_schema()
+SCHEMA = json_schema.study_schema()
 CHECK = jsonschema.Draft202012Validator(SCHEMA)
-TABLES = {table.__name__: table for table in made_schema.all_tables()}
+TABLES = {table.__name__: table for table in json_schema.all_tables()}
 
 
 def keys():
@@ -67,7 +68,7 @@ class TestSchema:
             if '"number"' in json.dumps(said) and "properties" not in said:
                 assert said["unit"], f"{name}.{key}"
             if bare(key) != key:
-                assert said["unit"] == made_schema.unit_of(key, field) != "", f"{name}.{key}"
+                assert said["unit"] == json_schema.unit_of(key, field) != "", f"{name}.{key}"
 
     def test_nothing_is_null(self):
         """TOML has no null: a key that may be left out is one that is not required."""

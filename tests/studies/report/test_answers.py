@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 from check_facts import check, facts_of
 from report_pages import INVENTORY, STUDIES, loaded, of_client
-from study_schema import made_schema
 
 import toppling as tp
 from toppling.core.facts import INVALID
@@ -20,6 +19,7 @@ from toppling.studies.facts import answer_building as building, answer_curves as
 from toppling.studies.facts.bars import MOST, bars_of
 from toppling.studies.facts.method import inputs_of
 from toppling.studies.facts.say import say
+from toppling.studies.file import json_schema
 from toppling.studies.report import page as module
 from toppling.studies.tables.blocks import lead_blocks
 from toppling.studies.text.glossary import used
@@ -102,7 +102,7 @@ class TestClientPart:
     def test_without_keys_parameters_and_toml(self, pages, name):
         text = re.sub(r"<[^>]+>", " ", of_client(pages[name]))
         assert not re.search(r"e=|δ=|\[\[?[a-z]|\]\]|_[a-z]+_|= \[|`|--[a-z]", text)
-        tables = made_schema.study_schema()["$defs"].values()
+        tables = json_schema.study_schema()["$defs"].values()
         keys = {key for table in tables for key in table.get("properties", {}) if "_" in key}
         assert keys
         assert not [key for key in keys if re.search(rf"\b{key}\b", text)]

@@ -1,24 +1,22 @@
 """The schema of study files as JSON Schema (draft 2020-12), for editors, other programs and the documentation.
 
-The schema holds the rules of single keys; rules that join several keys are checked when a study is read.  As a program
-(`make schema`) the module writes the file that `toppling schema` prints.
+The schema holds the rules of single keys; rules that join several keys are checked when a study is read.
 """
 
-import sys
 from collections.abc import Iterator
-from json import dumps
-from pathlib import Path
+from functools import cache
 from typing import Any
 
 from pydantic.fields import FieldInfo
 
-from toppling.studies.file.include import INCLUDE, tables_of
-from toppling.studies.file.schema import ANALYSES, StudyFile
-from toppling.studies.file.table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, sentences_of, suffix_of
+from .include import INCLUDE, tables_of
+from .schema import ANALYSES, StudyFile
+from .table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, sentences_of, suffix_of
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
+@cache
 def study_schema() -> dict[str, Any]:
     """Return the JSON schema of a study file: draft 2020-12, every key with its description, unit and default."""
     schema = StudyFile.model_json_schema(by_alias=True)
@@ -69,7 +67,7 @@ def all_tables(table: type[Table] = StudyFile) -> list[type[Table]]:
 
 
 def unit_of(key: str, field: FieldInfo) -> str:
-    """Return the unit of a key: that of its ending, else that of its annotation; '' where there is none."""
+    """Return the unit of a key by its ending, else by its annotation; '' if neither has one."""
     return UNIT_SUFFIXES.get(suffix_of(key), "") or _key_info(field).unit
 
 
@@ -103,7 +101,3 @@ def _numbers(schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
     for part in parts:
         if isinstance(part, dict):
             yield from _numbers(part)
-
-
-if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(dumps(study_schema(), ensure_ascii=False, indent=2) + "\n", encoding="utf-8")
