@@ -8,7 +8,7 @@ from ..core.parameters import Parameter
 from .block import Block
 from .scenes.bed import MOST_SETTLEMENT, SETTLEMENT
 
-FREQUENCY = Parameter("Hz", above=0.0)
+FREQUENCY = Parameter("Hz", above=0.0, at_most=1e6)
 MOST_DELTA = 0.3
 """Largest delta: beyond it the block uplifts at rotations at which small angles are no longer small against alpha."""
 

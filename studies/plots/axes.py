@@ -11,6 +11,7 @@ from typing import Any, Literal, TypeVar, cast
 
 import matplotlib as mpl
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import is_color_like
@@ -91,11 +92,17 @@ def drawing(function: Drawing) -> Drawing:
         options = ", ".join(name for name in names if name in optional)
         text += f"\n    {options} : optional\n        {meaning}" if options else ""
     function.__doc__ = text + SECTIONS
-    places = list(signature(function).parameters)
+    parameters = signature(function).parameters
+    places = list(parameters)
+    datasets = [name for name, given in parameters.items() if given.annotation is xr.Dataset]
 
     @wraps(function)
     def checked(*arguments: Any, **named: Any) -> Axes:
         given = {**dict(zip(places, arguments, strict=False)), **named}
+        for name in datasets:
+            if name in given and not isinstance(given[name], xr.Dataset):
+                raise TypeError(f"{name} must be a dataset, got {checks.kind(given[name])}")
+            checks.plain(name, given.get(name, xr.Dataset()))
         ax, color = given.get("ax"), given.get("color")
         if ax is not None and not isinstance(ax, Axes):
             raise TypeError(f"ax must be matplotlib Axes, got {checks.kind(ax)}")

@@ -37,7 +37,6 @@ def measures(
     results : xarray.Dataset
         Results of a study with ``[measures]``, or the dataset that `toppling.fragility.rank_measures` returns.
     """
-    selection.checked(results)
     if f"{RANK}rank" in results:
         measured = ranking_of_measures(results)
     elif "amplitude_dispersion" in results and "measure" in results.dims:

@@ -94,7 +94,7 @@ def fragility(
     observed : bool
         True to draw the observed fractions (for a cloud: every motion, and fractions in bins) with the curves.
     """
-    if not _has_curves(selection.checked(results)) and not _observed(results) and "intensity" not in results.coords:
+    if not _has_curves(results) and not _observed(results) and "intensity" not in results.coords:
         raise ValueError("fragility needs curves (median and dispersion) or probability, lower and upper on level")
     of_block = selection.single(results, block=block, floor=floor)
     laws = selection.laws(of_block, model, color)

@@ -55,7 +55,7 @@ def risk(
         The rates with their intervals, or the share of each rate by intensity.
     """
     checks.choice("quantity", quantity, (RATE, SHARE))
-    rates = risk_of(results) if "rate_share" in selection.checked(results) else results
+    rates = risk_of(results) if "rate_share" in results else results
     if "rate" not in rates or "share" not in rates:
         raise ValueError("a figure of risk needs annual rates: a study with a hazard, or what annual_rate returns")
     of_block = selection.single(rates, block=block, floor=floor)

@@ -23,14 +23,6 @@ class DrawnLaw(NamedTuple):
     line: Any
 
 
-def checked(results: xr.Dataset) -> xr.Dataset:
-    """Return a dataset; TypeError for anything else."""
-    if not isinstance(results, xr.Dataset):
-        raise TypeError(f"results must be a dataset, got {type(results).__name__}")
-    checks.plain("results", results)
-    return results
-
-
 def laws(results: xr.Dataset, model: str | None = None, color: str | None = None) -> list[DrawnLaw]:
     """Return every law of some results, or only the law labelled `model`, each with the look that it has among all."""
     checks.not_empty("results", results, "model")
