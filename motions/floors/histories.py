@@ -4,6 +4,7 @@ They are used as they are. A level has a set of motions, and each motion the sam
 which are simultaneous. This module does not read files.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -98,7 +99,8 @@ class FloorHistories:
         first: dict[tuple[int, str], History] = {}
         for (i, motion, floor, direction), record in by_key.items():
             whole = first.setdefault((i, motion), record)
-            if record.dt != whole.dt or record.acceleration.size != whole.acceleration.size:
+            alike = math.isclose(record.dt, whole.dt, rel_tol=1e-9)  # (a column of times rounds it)
+            if not alike or record.acceleration.size != whole.acceleration.size:
                 raise ValueError(
                     f"{_named(record, unit)}: its histories must be simultaneous, got {whole.acceleration.size:,} "
                     f"samples at {whole.dt:g} s for {_support((whole.floor, whole.direction))} and "
