@@ -265,6 +265,8 @@ def filter_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
     notes = " ".join(str(array.attrs.get("processing", "")) for array in arrays)
     below = [low for low in map(float, re.findall(r"pass\(low=(\S+) Hz", notes)) if low > HIGHEST_HIGHPASS]
     above = [high for high in map(float, re.findall(r"pass\(.{0,40}?high=(\S+) Hz", notes)) if high < LOWEST_LOWPASS]
+    nyquist = [0.5 / step for step in map(float, re.findall(r"resample\(dt=(\S+) s", notes))]
+    above += [frequency for frequency in nyquist if frequency < LOWEST_LOWPASS]
     doubts = []
     for array in arrays:
         tapered = [

@@ -237,6 +237,7 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
         return np.concatenate(pieces)[:n]
 
     made = _corrected(motions, note, resampled, dt=new)
+    warn(filter_doubts([made]))
     known = [name for name in ("dt_from",) if name in made.coords]
     return made.assign_coords({name: xr.full_like(made[name], "resample") for name in known})
 
