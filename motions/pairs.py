@@ -26,7 +26,7 @@ from .arrays import (
     listed,
     records,
 )
-from .plausibility import pair_doubts
+from .plausibility import SIMULTANEOUS, pair_doubts
 from .readers.directions import direction_of, header_of, of_file, said_of
 from .readers.lines import RecordError
 
@@ -37,10 +37,6 @@ ZERO = 1e-15
 """Cosines below this belong to right angles."""
 PERPENDICULAR = math.radians(2.0)
 """Maximum deviation from a right angle of two horizontal components."""
-
-
-SIMULTANEOUS = 1.5
-"""Time steps between the first samples of components up to which clocks of files may differ."""
 
 
 class _Channel(NamedTuple):

@@ -27,6 +27,7 @@ class History(NamedTuple):
     """The absolute acceleration (time,), m/s², of one floor in one direction under one motion at one level.
 
     `direction` is '' if there is only one; `source` names its file, `unit_from` and `dt_from` are as in records.
+    `begins` is the time of the first sample by the clock of the file, s.
     """
 
     level: float
@@ -38,6 +39,7 @@ class History(NamedTuple):
     source: str
     unit_from: str = ""
     dt_from: str = ""
+    begins: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)
