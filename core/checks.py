@@ -220,12 +220,19 @@ def time_step(what: str, time: Array | None, dt: float | None) -> float:
     return stated
 
 
+_SLOWER = re.compile(r"(?<![a-z])(?:veloc|displac)", re.IGNORECASE)
+"""Names of labelled values that are no accelerations."""
+
+
 def stated_unit(name: str, values: Any, unit: str) -> None:
     """Raise ValueError if labelled values (xarray, pandas) state another unit than `unit`; '' accepts any."""
     attributes = getattr(values, "attrs", None)
     units = attributes.get("units", attributes.get("unit")) if isinstance(attributes, Mapping) else None
     if unit and units not in (None, "") and _spelled(str(units)) != _spelled(unit):
         raise ValueError(f"{name} must be in {unit}, got units {units!r:.40}: convert the values, or correct units")
+    title = getattr(values, "name", None)
+    if unit == "m s-2" and isinstance(title, str) and _SLOWER.search(title):
+        raise ValueError(f"{name} must be acceleration in {unit}, got values of the name {title!r:.40}")
 
 
 def _spelled(unit: str) -> str:

@@ -42,10 +42,12 @@ TAKEN = {
 }
 """Coordinates of motions from files: values that a reader takes, with their sources."""
 
+BEGINS = "begins"
+"""Coordinate of motions from files: the time of the first sample, s, by the clock of the file."""
 TRANSPOSED = 10
 """Motions over samples, above which an array is likely transposed."""
-LONG_STEP = 1.0
-"""Time step, s, from which it is no step of a motion."""
+SHORT_STEP, LONG_STEP = 1e-4, 1.0
+"""Time steps, s, below which it is no step of a record, and from which it is none of a motion."""
 FEW = 10
 """Samples up to which rows that rise by equal steps need not be times."""
 
@@ -168,7 +170,7 @@ def from_array(
     for i, row in enumerate(values if n > 1 and values.shape[1] > FEW else ()):
         if row[0] < row[1] < row[-1] and np.ptp(rises := np.diff(row)) <= checks.UNIFORMITY * rises[0]:
             warn([Doubt.of("motion_of_times", row=i, rise=rises[0])])
-    if step >= LONG_STEP:
+    if step >= LONG_STEP or (recorded and step < SHORT_STEP):
         warn([Doubt.of("time_step", step=step)])
     if labels is None:
         labels = [f"motion {i + 1}" for i in range(n)]
@@ -263,6 +265,8 @@ def filter_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
     notes = " ".join(str(array.attrs.get("processing", "")) for array in arrays)
     below = [low for low in map(float, re.findall(r"pass\(low=(\S+) Hz", notes)) if low > HIGHEST_HIGHPASS]
     above = [high for high in map(float, re.findall(r"pass\(.{0,40}?high=(\S+) Hz", notes)) if high < LOWEST_LOWPASS]
+    nyquist = [0.5 / step for step in map(float, re.findall(r"resample\(dt=(\S+) s", notes))]
+    above += [frequency for frequency in nyquist if frequency < LOWEST_LOWPASS]
     doubts = []
     for array in arrays:
         tapered = [
@@ -406,7 +410,7 @@ def other_coordinates(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
     The motions are in the order of `records`. Of arrays without a coordinate it is NaN, or '' if it is a text.
     ValueError if its unit differs between arrays.
     """
-    excluded = (*_RECORD_COORDINATES, *TAKEN, "floor", LIFTS, "shakes")
+    excluded = (*_RECORD_COORDINATES, *TAKEN, BEGINS, "floor", LIFTS, "shakes")
     coordinates = [
         {str(key): known for key, known in array.coords.items() if key not in excluded and {*known.dims} <= {"motion"}}
         for array in arrays

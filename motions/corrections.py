@@ -20,7 +20,7 @@ from ..core.doubts import warn
 from ..core.elementary import Array, orthonormal, times
 from ..core.parameters import STEP, Parameter
 from ..core.units import described
-from .arrays import filter_doubts, records
+from .arrays import BEGINS, filter_doubts, records
 
 # Band-limited interpolation: zero crossings of the sinc on each side, and Kaiser's beta; errors stay below 1e-5 up to
 # 0.9 of the coarser step's Nyquist frequency.
@@ -141,7 +141,8 @@ def pad(motions: xr.DataArray, before: float, after: float) -> xr.DataArray:
         for name, value in (("before", before), ("after", after))
     ]
     _size(values.shape[0] * (values.shape[1] + sum(steps)))
-    return _corrected(motions, f"pad(before={before:g} s, after={after:g} s)", lambda a: np.pad(a, steps))
+    note = f"pad(before={before:g} s, after={after:g} s)"
+    return _corrected(motions, note, lambda a: np.pad(a, steps), later=-steps[0] * dt)
 
 
 def trim_husid(motions: xr.DataArray, low: float = 0.05, high: float = 0.95) -> xr.DataArray:
@@ -157,7 +158,7 @@ def trim_husid(motions: xr.DataArray, low: float = 0.05, high: float = 0.95) -> 
     """
     first = checks.number("low", low, at_least=0.0, below=1.0)
     last = checks.number("high", high, above=first, at_most=1.0)
-    values = _values(motions)[0]
+    values, dt = _values(motions)
     windows = []
     for a in values:
         # the exact integral of the square of an acceleration that is linear between samples, without the factor dt / 3
@@ -168,7 +169,8 @@ def trim_husid(motions: xr.DataArray, low: float = 0.05, high: float = 0.95) -> 
         # from the last sample not above low to the first not below high, so that the window holds both fractions
         windows.append((np.searchsorted(reached, first, side="right") - 1, np.searchsorted(reached, last)))
     i, j = min(int(w[0]) for w in windows), max(int(w[1]) for w in windows)
-    return _corrected(motions, f"trim_husid(low={first:g}, high={last:g})", lambda a: a[i : max(j, i + 1) + 1])
+    note = f"trim_husid(low={first:g}, high={last:g})"
+    return _corrected(motions, note, lambda a: a[i : max(j, i + 1) + 1], later=i * dt)
 
 
 def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
@@ -235,6 +237,7 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
         return np.concatenate(pieces)[:n]
 
     made = _corrected(motions, note, resampled, dt=new)
+    warn(filter_doubts([made]))
     known = [name for name in ("dt_from",) if name in made.coords]
     return made.assign_coords({name: xr.full_like(made[name], "resample") for name in known})
 
@@ -309,9 +312,12 @@ def _size(samples: int) -> None:
 
 
 def _corrected(
-    motions: xr.DataArray, note: str, function: Callable[[Array], Array], dt: float | None = None
+    motions: xr.DataArray, note: str, function: Callable[[Array], Array], dt: float | None = None, later: float = 0.0
 ) -> xr.DataArray:
-    """Apply `function` to every motion, keep the labels, and add the correction `note` to `processing`."""
+    """Apply `function` to every motion, keep the labels, and add the correction `note` to `processing`.
+
+    The first sample is by `later` s later than before.
+    """
     values, step = _values(motions)
     if dt is not None:
         step = dt
@@ -328,4 +334,4 @@ def _corrected(
     array = array.assign_coords(time=("time", np.arange(corrected.shape[1]) * step, time))
     if "dt" in motions.coords:
         array = array.assign_coords(dt=("motion", np.full(corrected.shape[0], step), motions["dt"].attrs))
-    return array
+    return array.assign_coords({name: array[name] + later for name in (BEGINS,) if name in array.coords})

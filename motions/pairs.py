@@ -13,8 +13,20 @@ from ..core.aliases import Array
 from ..core.doubts import Doubt, first_of, warn
 from ..core.streams import stream
 from ..core.units import RADIAN, described
-from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, TAKEN, VERTICAL, WEAK_AXIS, Record, from_array, listed, records
-from .plausibility import pair_doubts
+from .arrays import (
+    BEGINS,
+    BOTH_AXES,
+    HORIZONTAL,
+    LIFTS,
+    TAKEN,
+    VERTICAL,
+    WEAK_AXIS,
+    Record,
+    from_array,
+    listed,
+    records,
+)
+from .plausibility import SIMULTANEOUS, pair_doubts
 from .readers.directions import direction_of, header_of, of_file, said_of
 from .readers.lines import RecordError
 
@@ -74,7 +86,8 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
         first, plain = plains[0], plains[-1]
         if len(plain) != len(first):
             raise ValueError(f"{name} must hold as many motions as h1, {len(first)}, got {len(plain)}")
-        if plain[0].dt != first[0].dt or plain[0].acceleration.size != first[0].acceleration.size:
+        alike = math.isclose(plain[0].dt, first[0].dt, rel_tol=1e-9)  # (a column of times rounds it)
+        if not alike or plain[0].acceleration.size != first[0].acceleration.size:
             raise ValueError(
                 f"{name} must have the step and length of h1, {first[0].acceleration.size} samples at "
                 f"{first[0].dt:g} s, got {plain[0].acceleration.size} at {plain[0].dt:g} s: resample, trim or pad it "
@@ -83,7 +96,7 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
     labels = [[record.label for record in plain] for plain in plains[:2]]
     if labels[0] != labels[1] and set(labels[0]) == set(labels[1]):
         raise ValueError("h2 must hold the motions of h1 in the same order, got theirs in another one")
-    warn([*pair_doubts(*plains), *_header_doubts(h1, h2)])
+    warn([*pair_doubts(*plains), *_header_doubts(h1, h2), *_late_doubts(list(given.values()))])
     azimuths = np.full((len(first), len(given)), np.nan)
     known = [component.coords["azimuth"].values if "azimuth" in component.coords else None for component in (h1, h2)]
     azimuths[:, 0] = 0.0 if known[0] is None or known[1] is None else known[0]
@@ -93,7 +106,7 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
         at = int(np.argmax(off))
         first_azimuth, second_azimuth = np.degrees(azimuths[at, :2])
         raise ValueError(f"h1 and h2 must be perpendicular, got azimuths of {first_azimuth:g}° and {second_azimuth:g}°")
-    apart = {"component", "azimuth", *TAKEN}
+    apart = {"component", "azimuth", BEGINS, *TAKEN}
     columns = [
         (name, [part.coords[name].values if name in part.coords else [""] * len(first) for part in given.values()])
         for name in TAKEN
@@ -126,6 +139,16 @@ def _header_doubts(h1: xr.DataArray, h2: xr.DataArray) -> list[Doubt]:
         if all(headers) and headers[0].casefold() != headers[1].casefold():
             odd.append(f"{label}: {headers[0]!r:.60} and {headers[1]!r:.60}")
     return [Doubt.of("pair_headers", named=first_of(odd))] if odd else []
+
+
+def _late_doubts(components: Sequence[xr.DataArray]) -> list[Doubt]:
+    """Return the input warning on components that begin at different times, by the clock of their files."""
+    if not all(BEGINS in component.coords for component in components):
+        return []
+    spans = np.ptp([component[BEGINS].values + component["time"].values[0] for component in components], axis=0)
+    late = np.flatnonzero(spans > SIMULTANEOUS * components[0]["dt"].values)
+    named = (f"{components[0]['motion'].values[i]}: {spans[i]:g} s apart" for i in late)
+    return [Doubt.of("pair_begins", named=first_of(list(named)))] if late.size else []
 
 
 def rotate(pair: xr.DataArray, azimuth: float) -> xr.DataArray:

@@ -51,6 +51,8 @@ LONGEST = 900.0
 """Duration, s."""
 UNLIKE = 5.0
 """Ratio of the PGAs of two horizontal components: recordings differ by 3 at most (assumed)."""
+SIMULTANEOUS = 1.5
+"""Time steps between the first samples of components up to which clocks of files may differ."""
 ALIKE, WHOLE = 3e-5, 1e-3
 """Relative differences within rounding: of ratios of norms, and of factors from 1 or -1."""
 SAME = 1.0 - 1e-6
@@ -145,6 +147,12 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     both = [floor for floor in floors if len(histories.directions(floor)) > 1]
     across = [[record for floor in both for record in histories.on(floor, along)] for along in DIRECTIONS]
     doubts += pair_doubts(*across) if both else []
+    late = []
+    for (i, motion, floor, direction), history in histories.histories.items():
+        other = histories.histories.get((i, motion, floor, DIRECTIONS[1]))
+        if direction == DIRECTIONS[0] and other and abs(history.begins - other.begins) > SIMULTANEOUS * history.dt:
+            late.append(f"{motion} on floor {floor}: {abs(history.begins - other.begins):g} s apart")
+    doubts += [Doubt.of("pair_begins", named=first_of(late))] if late else []
     peaks: dict[str, list[float]] = {floor: [] for floor in floors}
     for (_, _, floor, _), history in histories.histories.items():
         peaks[floor].append(math.log(np.abs(history.acceleration).max()))

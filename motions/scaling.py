@@ -5,12 +5,14 @@ import xarray as xr
 
 from ..core import checks
 from ..core.aliases import Array
+from ..core.doubts import warn
 from ..core.parameters import STEP, USUAL_MEASURE
 from .arrays import records
 from .intensity.evaluation import positive_measure
 from .intensity.measure import Measure
 from .intensity.naming import measure_named
 from .intensity.peaks import velocity
+from .intensity.spectra import measure_doubts
 
 
 def parabolic_baseline(acceleration: Array, dt: float) -> Array:
@@ -69,4 +71,6 @@ def _values(motions: xr.DataArray, im: str | Measure) -> Array:
     fixed = next((record.label for record in plain if record.own_level), None)
     if fixed is not None:
         raise ValueError(f"motion {fixed!r} belongs to the level of its ground motion: scale that one")
-    return positive_measure(im, plain)
+    measure = measure_named(im)
+    warn(measure_doubts(measure.label, measure))
+    return positive_measure(measure, plain)

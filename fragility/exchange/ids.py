@@ -18,6 +18,7 @@ import numpy as np
 
 from ...core import checks
 from ...core.doubts import warn
+from ...motions.plausibility import unusual
 from ..fitting.states import OK, SEPARATED
 from ..validity.plausibility import level_doubts
 from .files import ExchangeError
@@ -185,7 +186,9 @@ def labelled_curves(
                 f"{file}: {states[at]} of {name!r:.80} is more likely than {states[lower]}, a lesser state, which "
                 "contains it: correct the median of one"
             )
-    doubts = level_doubts(np.array([row.parameters.median for *_, row in foreign if row.estimated]), units)
+    estimated = [row.parameters for *_, row in foreign if row.estimated]
+    doubts = level_doubts(np.array([lognormal.median for lognormal in estimated]), units)
+    doubts += unusual({"dispersion of a curve": [lognormal.dispersion for lognormal in estimated]}, "table")
     warn(
         doubt._replace(sentence=f"{file}: {doubt.sentence.replace('highest level', 'highest median')}")
         for doubt in doubts

@@ -633,12 +633,14 @@ def _selected_site(lines: Lines, rows: Iterator[_SiteRow], site: Site) -> _SiteR
                 f"{lines.file}: holds {alike} sites as near as {_site_text(nearest)}: give a number or a name"
             )
         return nearest
-    index = checks.count("site", site)
-    count = 0
+    index, count, numbered = checks.count("site", site), 0, None
     for row in rows:
-        if count == index:
-            return row
+        if row.name == str(index) and count != index:
+            raise HazardError(f"{lines.file}: site {index} is the name of site number {count}: give a name as text")
+        numbered = row if count == index else numbered
         count += 1
+    if numbered is not None:
+        return numbered
     raise HazardError(f"{lines.file}: holds {count} sites, numbered from 0, got site {index}")
 
 

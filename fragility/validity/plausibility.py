@@ -8,7 +8,7 @@ from ...core.aliases import Array, Flags
 from ...core.doubts import Doubt, first_names
 from ...core.units import ACCELERATION, METRE, SPELLED, STANDARD_GRAVITY, VELOCITY
 from ...core.wording import short_digits, two_digits
-from ...motions.intensity.spectra import spectrum_doubts
+from ...motions.intensity.spectra import measure_doubts
 from ..runs.scaling import intensity_measure
 
 SLIDES_ON = 0.05
@@ -44,12 +44,9 @@ def end_doubts(on: Iterable[bool], motions: Sequence[str]) -> list[Doubt]:
 def period_doubts(im: str) -> list[Doubt]:
     """Return the input warning on a measure of a period above 10 s or a damping ratio above 0.35, by its label."""
     try:
-        measure = intensity_measure(im)
+        return measure_doubts(im, intensity_measure(im))
     except ValueError:  # (a measure of the caller's own)
         return []
-    plain = getattr(measure, "base", measure)
-    longest = max(getattr(plain, "period", 0.0), *getattr(plain, "periods", ()), 0.0)
-    return spectrum_doubts(im, float(longest), getattr(plain, "damping", 0.0))
 
 
 def level_doubts(levels: Array, units: str) -> list[Doubt]:

@@ -14,6 +14,7 @@ from ..readers.lines import HEADER_WIDTH, NETCDF, Lines, RecordError, beginning,
 from ..readers.units import RELATIVE, agreed, doubt_factors, refuse_others, unit_factor, unit_of, unit_taken, units_in
 
 _COLUMN = re.compile(r"(?P<motion>.*\S)\s*/\s*(?P<floor>[^\s/\[\]]+)\s*(?:\[(?P<unit>[^\]]*)\])?")
+_UPRIGHT = re.compile(r"(?:.*[-_ .])?(?:vert(?:ical|ikal)?e?|u-?d|up-?down)", re.IGNORECASE)
 _TIME = re.compile(r"time\s*(?:\[\s*s\s*\])?", re.IGNORECASE)
 
 
@@ -114,6 +115,8 @@ def _read_table(lines: Lines) -> xr.DataArray:
         unit = match.group("unit")
         if unit is None:
             raise RecordError(f"{file}: column {i + 1} states no unit: write it as '{head[:40]} [g]' or '[m/s2]'")
+        if any(map(_UPRIGHT.fullmatch, (match["motion"], match["floor"]))):
+            raise RecordError(f"{file}: column {i + 1}, {head[:40]!r}, is vertical by its name: leave it out")
         factor = unit_factor(unit)
         if factor is None:
             raise RecordError(f"{file}: unknown unit {unit!r} of column {i + 1}, allowed are g, gal, cm/s² and m/s²")

@@ -4,6 +4,7 @@ They are used as they are. A level has a set of motions, and each motion the sam
 which are simultaneous. This module does not read files.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -26,6 +27,7 @@ class History(NamedTuple):
     """The absolute acceleration (time,), m/s², of one floor in one direction under one motion at one level.
 
     `direction` is '' if there is only one; `source` names its file, `unit_from` and `dt_from` are as in records.
+    `begins` is the time of the first sample by the clock of the file, s.
     """
 
     level: float
@@ -37,6 +39,7 @@ class History(NamedTuple):
     source: str
     unit_from: str = ""
     dt_from: str = ""
+    begins: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +101,8 @@ class FloorHistories:
         first: dict[tuple[int, str], History] = {}
         for (i, motion, floor, direction), record in by_key.items():
             whole = first.setdefault((i, motion), record)
-            if record.dt != whole.dt or record.acceleration.size != whole.acceleration.size:
+            alike = math.isclose(record.dt, whole.dt, rel_tol=1e-9)  # (a column of times rounds it)
+            if not alike or record.acceleration.size != whole.acceleration.size:
                 raise ValueError(
                     f"{_named(record, unit)}: its histories must be simultaneous, got {whole.acceleration.size:,} "
                     f"samples at {whole.dt:g} s for {_support((whole.floor, whole.direction))} and "

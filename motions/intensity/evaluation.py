@@ -8,11 +8,13 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.doubts import warn
 from ...core.units import STANDARD_GRAVITY, described, provenance
 from ..arrays import HORIZONTAL, Record, motion_coordinates, records
 from .directions import PairMeasure
 from .measure import MEASURES, Measure
 from .naming import long_name_at, measure_named, place_of
+from .spectra import measure_doubts
 
 SCALABLE = tuple(name for name, known in MEASURES.items() if known.power != 0.0)
 """Measures to which motions can be scaled."""
@@ -91,6 +93,7 @@ def measures(
         chosen = [measure_named(name) for name in which]
     else:
         raise TypeError(f"which must be measures or their names, got {checks.kind(which)}")
+    warn(doubt for im in chosen for doubt in measure_doubts(im.label, im))
     both = all(isinstance(im, PairMeasure) for im in chosen)
     plain = records(_shaken_either_way(motions) if both else motions)
     configuration = {"measures": [im.label for im in chosen]}

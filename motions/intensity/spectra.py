@@ -79,6 +79,13 @@ def spectrum_doubts(name: str, period: float, damping: float) -> list[Doubt]:
     return doubts
 
 
+def measure_doubts(name: str, measure: Any) -> list[Doubt]:
+    """Return the input warnings on the longest period and the damping of a measure."""
+    plain = getattr(measure, "base", measure)
+    longest = max(getattr(plain, "period", 0.0), *getattr(plain, "periods", ()), 0.0)
+    return spectrum_doubts(name, float(longest), getattr(plain, "damping", 0.0))
+
+
 def response_spectrum(
     motions: xr.DataArray | Iterable[xr.DataArray], periods: Any, damping: float = DAMPING
 ) -> xr.Dataset:

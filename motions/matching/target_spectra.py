@@ -280,6 +280,7 @@ class TargetSpectrum:
 _UNLIKE_GROUND = re.compile(
     r"(?i)\bverti[ck]al\w*(?!\W*(?:no|excluded))\b|(?<!not )\bnorm(?:ali[sz][ée]|iert)\w*|\bp?s[ae] ?/ ?(?:pga|a_?g)"
     r"|\bsve\b|\bdimensionless|\binelastic|\bbehaviou?r factor|\breduced by|\bq ?= ?[1-9]|\blog_?10|\bcomponent\W+z\b"
+    r"|\bbase[- ]?10\b|\bdecadic|(?:to|must|should) be (?:multipli|scal)ed\b[^#;,]{0,20}|\beta\W{0,3}0?\.\d+"
 )
 _OTHER_SPECTRUM = re.compile(r"displacement|velocity|\bp?s_?[dv]\b", re.IGNORECASE)
 _DAMPING = re.compile(
@@ -295,12 +296,15 @@ _HEADING = re.compile(
 )
 
 
-def doubt_spectrum(file: Path, lines: Iterable[tuple[int, str]], damping: float = DAMPING) -> None:
-    """Warn of comments among numbered lines about a spectrum that is vertical, normalised, reduced or in log10."""
+def doubt_spectrum(file: Path, lines: Iterable[tuple[int, str]], damping: float = DAMPING, also: str = "(?!)") -> None:
+    """Warn of comments among numbered lines about a spectrum that is vertical, normalised, reduced or in log10.
+
+    And of comments with words of the pattern `also`.
+    """
     for number, text in lines:
         if not text.lstrip().startswith("#"):
             continue
-        match = _UNLIKE_GROUND.search(text)
+        match = _UNLIKE_GROUND.search(text) or re.search(also, text, re.IGNORECASE)
         if remark := match[0] if match else other_damping(text, damping):
             warn([Doubt.of("target_comment", file=file, line=number, remark=remark)])
 

@@ -14,7 +14,7 @@ import xarray as xr
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
 from ...core.units import described
-from ..arrays import from_array, taken
+from ..arrays import BEGINS, from_array, taken
 from .lines import RecordError, plain
 from .units import PEAK_TOLERANCE, unit_factor
 
@@ -24,6 +24,7 @@ class Component(NamedTuple):
 
     `magnitude` is from the file, of the type `magnitude_type`; `distance` is from the epicentre, m; `vs30`, m/s.
     `processing` notes changes by the reader. `unit_from` is the unit with its source, `dt_from` the source of the step.
+    `begins` is the time of the first sample by the file's clock, s.
     """
 
     acceleration: Array
@@ -36,6 +37,7 @@ class Component(NamedTuple):
     distance: float = math.nan
     vs30: float = math.nan
     processing: str = ""
+    begins: float = math.nan
     unit_from: str = ""
     dt_from: str = ""
 
@@ -146,6 +148,7 @@ _VALUES = {
     "magnitude": ("magnitude", "1", "magnitude"),
     "distance": ("epicentral_distance", "m", "epicentral distance"),
     "vs30": ("vs30", "m s-1", "mean shear-wave velocity of the upper 30 m"),
+    "begins": (BEGINS, "s", "time of the first sample"),
 }
 
 

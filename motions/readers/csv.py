@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import itertools
+import math
 import os
 import re
 from array import array
@@ -32,6 +33,7 @@ from .lines import (
     folded,
     is_blank,
     is_comment,
+    known,
 )
 from .steps import refuse_other_step, written_step
 from .units import (
@@ -95,6 +97,8 @@ _CLOCK = re.compile(
     r'"?(?:(?:\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.]\d\d?[-/.]\d{4})[T ,;]+)?\d{1,2}:\d\d:\d\d[^\s,;]*[\s,;]+[-+.\d"]',
     re.IGNORECASE,
 )
+_MARK = re.compile(r"[-–—*.?#]+|#?n[./]?[adv]\.?|null|none|nil|missing|[-+.\d]+(?:e[-+]?\d+)?", re.IGNORECASE)
+"""A cell of a row of numbers that may have a mark in place of one."""
 _NO_POINTS = re.compile(r"[-+]?\d+,(?:0\d+|\d{5,})(?:,[-+]?\d+,\d+)*")
 """A line of numbers with decimal commas, between commas."""
 
@@ -204,6 +208,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             slower.append(name)
             continue
         # text in brackets further up, as in "PGA (gal)", is not of a column that has its own unit
+        _refuse_thousands(file, values[:, column])
         peak = float(np.abs(values[:, column]).max())
         above = [stated for line, text in words for stated in units_in(text, line, not in_heading, peak)]
         units = [*in_heading, *above]
@@ -230,7 +235,8 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         if columns == 1 + timed and (place := place_of(text for _, text in words)):
             label = f"{label or 'sensor'}{place}"
         sources.append((factor, GIVEN if agreed_on is None else f"line {agreed_on.line}"))
-        kept.append(Component(acceleration, step, file.stem if label else "", label, processing=note, dt_from=dt_from))
+        column_of = Component(acceleration, step, file.stem if label else "", label, processing=note, dt_from=dt_from)
+        kept.append(column_of._replace(begins=float(time[0]) if timed else math.nan))
     if not kept:
         headings = first_names([name for left in out.values() for name in left]) or "velocity or displacement"
         raise RecordError(f"{file}: its heading names {headings}, not acceleration")
@@ -340,10 +346,23 @@ def _refuse_doubled(file: Path, time: Array, values: Array) -> None:
         )
 
 
+def _refuse_thousands(file: Path, column: Array) -> None:
+    """Raise RecordError for whole numbers below 1000 next to a few with three decimals, all of them above 1."""
+    sizes = np.abs(column)
+    whole, others = sizes[sizes % 1.0 == 0.0], sizes[sizes % 1.0 > 0.0]
+    written = np.abs(1e3 * others - np.round(1e3 * others)) < 1e-6 * others
+    if others.size and whole.size > FEW and written.all() and others.min() > 1.0 and 100.0 <= whole.max() < 1000.0:
+        raise RecordError(
+            f"{file}: its numbers are whole up to {whole.max():g}, but others have decimals, as {others[0]:.3f}: do "
+            "points mark thousands? Write numbers without such marks"
+        )
+
+
 def _times(file: Path, column: Array, name: str, line: int, words: Sequence[tuple[int, str]]) -> Array:
     """Return a column of times in s, of the unit that its name or else a line above it states; from 0 if since 1970."""
     last = _LAST_UNIT.search(name)
-    units = in_name(name, line) or ([unit_of(last["unit"], line)] if last else [])
+    scaled = [unit_of(name, line)] if re.search(r"/|^t\s?\*", name) else []  # ("t/T1", no time in s)
+    units = in_name(name, line) or ([unit_of(last["unit"], line)] if last else scaled)
     words_of_units = [unit.text.strip(" ,;.").lower() for unit in units]
     for unit, word in zip(units, words_of_units, strict=True):
         if word not in ("", *_SECONDS):
@@ -371,8 +390,8 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
     table = array("d")
     columns = both = 0
     for line in lines:
-        stripped = line.strip()
-        if is_blank(line):
+        stripped = line.strip().replace("\N{MINUS SIGN}", "-")
+        if is_blank(line) or (not columns and not stripped.strip("# ")):
             continue
         fields = [f for f in re.split(r"[,;\s]+", stripped) if f]
         try:
@@ -390,6 +409,9 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
             continue
         if not columns:
             columns = len(row)
+            above = header[-1][1].replace(",", " ").replace(";", " ").split() if header else []
+            if len(above) == columns > 1 and not math.isnan(known(above[0])) and all(map(_MARK.fullmatch, above[1:])):
+                raise lines.error(f"holds {header[-1][1][:30]!r}, no numbers", header[-1][0])
             apart = ";" in stripped or _COMMAS.search(stripped) or re.search(r'"[-+]?\d+,\d[\d.]*"', stripped)
             if apart and re.search(r"\d,\d", stripped):
                 raise lines.error(f"holds {stripped[:30]!r}: {DECIMALS}")

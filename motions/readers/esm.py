@@ -9,8 +9,8 @@ import math
 from collections.abc import Sequence
 
 from .components import Component, doubt_duration, refuse_other_peak
-from .directions import BOREHOLE
-from .lines import Lines, RecordError, known
+from .directions import BOREHOLE, place_of
+from .lines import Lines, RecordError, clock_time, known
 from .units import GAL, unit_factor, unit_taken
 
 _LAST_KEY, _OLDER_LAST_KEY = "USER5", "USER4"  # of DYNA 1.2 and 1.0
@@ -73,6 +73,7 @@ def esm_components(lines: Lines) -> list[Component]:
         return known(header.get(key, ""))
 
     moment, local = given("MAGNITUDE_W"), given("MAGNITUDE_L")
+    place = BOREHOLE * (abs(given("SENSOR_DEPTH_M")) > BURIED) or place_of([header.get("STATION_NAME", "")])
     date, time = header.get("EVENT_DATE_YYYYMMDD", ""), header.get("EVENT_TIME_HHMMSS", "")
     when = f"{date[:4]}-{date[4:6]}-{date[6:8]} {time[:2]}:{time[2:4]}:{time[4:6]}" if date and time else ""
     return [
@@ -80,12 +81,13 @@ def esm_components(lines: Lines) -> list[Component]:
             acceleration,
             dt,
             station=".".join(filter(None, (header.get("NETWORK"), header.get("STATION_CODE"), header.get("LOCATION")))),
-            component=header.get("STREAM", "") + BOREHOLE * (abs(given("SENSOR_DEPTH_M")) > BURIED),
+            component=header.get("STREAM", "") + place,
             event=f"{header.get('EVENT_NAME', '')} {when}",
             magnitude=local if math.isnan(moment) else moment,
             magnitude_type="" if math.isnan(moment) and math.isnan(local) else "ML" if math.isnan(moment) else "Mw",
             distance=given("EPICENTRAL_DISTANCE_KM") * 1e3,
             vs30=given("VS30_M/S"),
+            begins=clock_time(header.get("DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS", ""), "%Y%m%d_%H%M%S.%f"),
             unit_from=unit_taken(factor, where["UNITS"]),
             dt_from=f"line {where['SAMPLING_INTERVAL_S']}",
         )

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from .components import Component, refuse_other_peak, without_offset
 from .directions import BOREHOLE
-from .lines import Lines, known
+from .lines import Lines, clock_time, known
 from .units import GAL, unit_factor, unit_taken
 
 # The lines of the header in their order, each by its first words.
@@ -96,6 +96,7 @@ def knet_components(lines: Lines) -> list[Component]:
             magnitude=known(magnitude),
             magnitude_type="M" if magnitude else "",
             processing=note,
+            begins=clock_time(header["Record Time"], "%Y/%m/%d %H:%M:%S"),
             unit_from=unit_taken(unit, 1 + _HEADER.index("Scale Factor")),
             dt_from=f"line {1 + _HEADER.index('Sampling Freq')}",
         )

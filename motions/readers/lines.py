@@ -15,6 +15,7 @@ import unicodedata
 from array import array
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Literal, Self
@@ -315,6 +316,14 @@ def known(text: str) -> float:
     except ValueError:
         return math.nan
     return number if math.isfinite(number) else math.nan
+
+
+def clock_time(text: str, layout: str) -> float:
+    """Return a date and time in s since 1970, NaN if a header gives none in this layout."""
+    try:
+        return datetime.strptime(text, layout).replace(tzinfo=UTC).timestamp()
+    except ValueError:
+        return math.nan
 
 
 def cells_of(line: str) -> list[str]:

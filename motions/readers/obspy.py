@@ -121,6 +121,7 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
                 component=f"UP ({codes.channel})" if upright else codes.channel,
                 event=str(codes.starttime)[:19].replace("T", " "),
                 processing=note,
+                begins=float(codes.starttime.timestamp),
                 unit_from=unit_taken(factor, GIVEN if agreed_on is None else agreed_on.line),
                 dt_from=f"header of {name}",
             )

@@ -28,6 +28,14 @@ _OWN, _OF_RUPTURES = ("measure", "unit", "median", "sigma"), ("rupture", "weight
 _OPENQUAKE = ("poe", "stat", "period", "mea", "std")
 
 
+_UNLIKE_MEDIANS = (
+    r"\bvariances?\b|coefficients? of variation|\b(?:16|84|95|9[78](?:\.\d)?)(?:th|[-. ]?%)?[- ]?"
+    r"(?:per[cz]entile?|fractile|quantile)|[+±]\s?\d?\s?(?:sigma|σ|standard)"
+    r"|\b(?:sigmas?|std|deviations?)\b[^#;,]{0,12}(?:in |\()(?:%|per ?cent)"
+    r"|(?:within|intra|between|inter)-event (?:\w+ ){0,2}only"
+    r"|\bconditional (?:up)?on (?!(?:the |an? )?(?:rupt|scen|magn|earth|event))|\brotd100"
+)
+"""Words of comments about other numbers than medians and standard deviations of natural logarithms of a rupture."""
 HIGHEST_MEDIAN = 5.0 * STANDARD_GRAVITY
 """Acceleration, m/s², that no earthquake has in the median (assumed)."""
 MOST_PGA = 10.0
@@ -79,7 +87,7 @@ def read_target(
     file = Path(path)
     known = correlations_in(correlations)
     with opened(file) as lines:
-        doubt_spectrum(file, enumerate(lines.head, start=1))
+        doubt_spectrum(file, enumerate(lines.head, start=1), also=_UNLIKE_MEDIANS)
         rows = rows_of(lines)
         number, heading = next(rows, (0, []))
         names = [name.lower() for name in heading]

@@ -19,6 +19,8 @@ from ..simulated.ground_motion_models import Scenario
 from ..simulated.scenario import STRIKE_SLIP, VELOCITY
 from .files import MEAN, TargetError, numbered, opened, rows_of
 
+FARTHEST = 2e6
+"""Distance of a rupture, m, beyond which no hazard analysis goes."""
 LEAST_SHARE = 1e-4
 """Bins with a smaller share of the hazard are left out."""
 APART = 1.25
@@ -213,6 +215,8 @@ def _one_of(file: Path, by_level: Bins, wanted: Measure | None, level: float | N
         raise TargetError(
             f"{file}: the disaggregation of {label} holds no rates, negative ones, or magnitudes above 10"
         )
+    if (farthest := bins[:, 1].max()) > FARTHEST:
+        raise TargetError(f"{file}: holds a distance of {farthest / 1e3:g} km: m in place of km?")
     joined: dict[tuple[float, float], float] = {}
     for magnitude, distance, rate in bins.tolist():  # (bins of each epsilon)
         joined[magnitude, distance] = joined.get((magnitude, distance), 0.0) + rate

@@ -1,5 +1,6 @@
 """The index of floor histories of a user's own building model: a line for each history, with its file."""
 
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,7 +8,7 @@ from pathlib import Path
 import xarray as xr
 
 from ...core.doubts import Doubt, first_of, noted, warn
-from ...motions.arrays import records
+from ...motions.arrays import BEGINS, records
 from ...motions.floors.histories import DIRECTIONS, FloorHistories, History
 from ...motions.readers.csv import STRUCTURE
 from ...motions.readers.read import read_file
@@ -89,8 +90,10 @@ def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | flo
             refuse_samples(samples, "the floor histories")
         chosen = _chosen(line, files[file], texts["file"])
         (record,) = records(chosen)
-        sources = (str(chosen[name].values[0]) for name in ("unit_from", "dt_from"))
-        yield History(level, texts["motion"], floor, direction, record.acceleration, record.dt, texts["file"], *sources)
+        sources = [str(chosen[name].values[0]) for name in ("unit_from", "dt_from")]
+        begins = float(chosen[BEGINS].values[0]) if BEGINS in chosen.coords else math.nan
+        history = History(level, texts["motion"], floor, direction, record.acceleration, record.dt, texts["file"])
+        yield history._replace(unit_from=sources[0], dt_from=sources[1], begins=begins)
     if again:
         warn([Doubt.of("floors_again", file=table.file, named=first_of([*again]))])
 

@@ -231,16 +231,24 @@ def sentences_of(table: type[Table]) -> dict[str, str]:
     return {key: " ".join(text.split()) for doc in docs for key, text in _KEY.findall(doc)}
 
 
+RADIANS = 6.3
+EIGHTHS = tuple(round(i * math.pi / 4.0, 2) for i in range(1, 9) if i != 7)
+"""A full turn and its eighths, rad: an azimuth in degrees as small is none of them, and has no third decimal."""
+
+
 def key_doubts(table: Table, name: str = "") -> list[Doubt]:
     """Return the input warnings on numbers of a table, and of tables in it, that are not usual for their keys."""
     doubts = []
     for key in type(table).model_fields:
         value = table.given(key)
-        for part in value if isinstance(value, list) else [value]:
+        parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else [value]
+        for part in parts:
             if isinstance(part, Table):
                 doubts += key_doubts(part, key)
             elif f"{name}.{key}" in usual() and isinstance(part, int | float):
                 doubts += unusual({f"{name}.{key}": part}, "units")
+            elif key == "azimuth" and isinstance(part, float) and 0.0 < abs(part) < RADIANS:
+                doubts += [Doubt.of("radians", angle=part)] * (round(part, 2) != part or abs(part) in EIGHTHS)
     return doubts
 
 

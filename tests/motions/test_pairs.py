@@ -183,6 +183,46 @@ class TestPlausible:
             files.read_pairs([str(tmp_path / "X.*")])
 
 
+class TestBegins:
+    """Components whose files begin at different times are doubted until they are cut to the same times."""
+
+    @staticmethod
+    def table(folder, name, values, start, head="time (s)"):
+        rows = "".join(f"{start + DT * i:.3f},{value:.6f}\n" for i, value in enumerate(values))
+        (folder / f"{name}.csv").write_text(f"{head},acc {name[-2:]} (g)\n{rows}", encoding="utf-8")
+        return mo.read(folder / f"{name}.csv")
+
+    def test_tables(self, tmp_path):
+        h1, late = self.table(tmp_path, "A-NS", LOUD, 0.0), self.table(tmp_path, "A-EW", OTHER, 0.5)
+        with pytest.warns(ImplausibleInput, match=r"begin at different times.*\(A-NS: 0.5 s apart\): trim them"):
+            mo.join(h1, late)
+        with pytest.warns(ImplausibleInput, match="begin at different times"):
+            files.read_pairs([str(tmp_path / "A-*.csv")])
+        steps = round(0.5 / DT)
+        with warnings.catch_warnings(action="error"):
+            mo.join(h1, self.table(tmp_path, "B-EW", OTHER, 0.0))
+            mo.join(h1, self.table(tmp_path, "B-EW", OTHER, DT))
+            mo.join(mo.pad(h1, 0.0, 0.5), mo.pad(late, 0.5, 0.0))
+            mo.join(h1.isel(time=slice(steps, None)), late.isel(time=slice(0, -steps)))
+            mo.join(h1, mo.from_array(9.8 * OTHER, DT, recorded=True))
+            mo.join(mo.resample(h1, 2.0 * DT), mo.resample(self.table(tmp_path, "B-EW", OTHER, 0.0), 2.0 * DT))
+
+    def test_components_cut_to_their_own_strong_motion(self, tmp_path):
+        h1, h2 = self.table(tmp_path, "A-NS", LOUD, 0.0), self.table(tmp_path, "A-EW", OTHER, 0.0)
+        cut = [mo.trim_husid(h1, 0.1, 0.9), mo.trim_husid(h2, 0.3, 0.9)]
+        n = min(part.sizes["time"] for part in cut)
+        with pytest.warns(ImplausibleInput, match="begin at different times"):
+            mo.join(*(part.isel(time=slice(n)) for part in cut))
+
+    def test_clocks_of_agencies(self, tmp_path):
+        counts = np.round(1000.0 * np.sin(np.arange(200) * 0.1) * np.sin(np.arange(200) * 0.03)).astype(int)
+        (tmp_path / "X.EW").write_text(files.knet(counts, direction="E-W"), encoding="utf-8")
+        late = files.knet(np.roll(counts, 40), direction="N-S").replace("19:51:43", "19:51:58")
+        (tmp_path / "X.NS").write_text(late, encoding="utf-8")
+        with pytest.warns(ImplausibleInput, match="begin at different times.* 15 s apart"):
+            files.read_pairs([str(tmp_path / "X.*")])
+
+
 PAIRS = """title = "pairs"
 [[blocks]]
 name = "cabinet"

@@ -366,6 +366,17 @@ class TestFloorHistories:
         assert spectral == (history_doubts(upper, "pga") if share < 1.0 else [])
         assert history_doubts(upper, "pgv") == history_doubts(upper, "") == []
 
+    @pytest.mark.parametrize(("late", "doubted"), [(0.5, True), (DT, False), (0.0, False), (np.nan, False)])
+    def test_directions_that_begin_at_different_times(self, late, doubted):
+        """By their files; the clocks of floors may differ, as that of the ground in an analysis after its weight."""
+        clocks = {"x": 0.0, "y": late}
+        every = self.histories().histories.values()
+        begun = [one._replace(begins=clocks[one.direction] + 10.0 * float(one.floor)) for one in every]
+        doubts = [doubt.sentence for doubt in history_doubts(FloorHistories.of(begun, "m/s2"), "pga")]
+        assert ["begin at different times" in doubt and "a on floor 0: 0.5 s" in doubt for doubt in doubts] == [
+            True
+        ] * doubted
+
     @pytest.mark.parametrize("period", [0.5, 1.0, 1.6])
     @pytest.mark.parametrize("relative", [False, True])
     def test_relative_accelerations(self, period, relative):

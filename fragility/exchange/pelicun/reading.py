@@ -11,9 +11,11 @@ import numpy as np
 import xarray as xr
 
 from ....core.aliases import Array
+from ....core.doubts import warn
 from ...curves.curve import ISOTONIC
 from ...fitting.links import LOGNORMAL
 from ...fitting.states import INCOMPLETE
+from ...validity.plausibility import period_doubts
 from ..datasets import MAX_NUMBERS, curve_dataset
 from ..files import ExchangeError, number, read_text
 from ..ids import common_limit_state, labelled_curves
@@ -74,6 +76,7 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
         demand, name = next(iter(unknown.items()))
         raise ExchangeError(f"{file}: component {name!r:.80} is in {demand!r:.60}, which no measure here is")
     (label, ground), entries = select_measure(file, by_measure, im)
+    warn(period_doubts(label))
     stated, components = read_metadata(file.with_suffix(".json"))
     states = _limit_states(file, heading)
     levels, rows_of = _at_common_levels(

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import warnings
 
 import jsonschema
 import numpy as np
@@ -228,6 +229,21 @@ class TestReading:
     def test_a_median_beyond_any_shaking(self, tmp_path):
         with pytest.warns(ImplausibleInput, match="t.csv: the highest median, 50 g, is beyond any shaking"):
             self.read(tmp_path, "lognormal,50,0.4")
+
+    def test_dispersions_and_periods_of_another_unit(self, tmp_path):
+        for row, doubted in {
+            "lognormal,0.8,4": "dispersion of a curve: 4, usual are 1e-09 to 1.5: per cent, or a factor",
+            **dict.fromkeys(("lognormal,0.8,1.4", "lognormal,0.8,0.01"), ""),
+        }.items():
+            with warnings.catch_warnings(record=True, action="always") as told:
+                self.read(tmp_path, row)
+            assert [doubted in str(warning.message) for warning in told] == [True] * bool(doubted)
+        for period, doubts in {"200": 1, "0.2": 0, "10": 0}.items():
+            rows = f"{self.TWO.splitlines()[0]}\nA.1,Spectral Acceleration|{period},g,lognormal,0.8,0.5,,,\n"
+            (tmp_path / "t.csv").write_text(rows, encoding="utf-8")
+            with warnings.catch_warnings(record=True, action="always") as told:
+                read_pelicun(tmp_path / "t.csv")
+            assert len(told) == doubts, period
 
     def test_multilinear_alone(self, tmp_path):
         """A table of nothing else has no column Theta_1; a lognormal curve needs it."""

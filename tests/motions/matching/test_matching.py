@@ -92,6 +92,9 @@ class TestSpectrumFile:
             ("Sa/PGA", "Sa/PGA"),
             ("design spectrum, q = 4", "q = 4"),
             ("Sve(T)", "Sve"),
+            ("to be multiplied by a_g", "to be multiplied by a_g"),
+            ("damping correction eta = 0.7", "eta = 0.7"),
+            ("scaled to a PGA of 0.3 g; beta = 0.4; base 12", None),
             ("not normalised; horizontal; vertical: no", None),
         ],
     )

@@ -160,6 +160,16 @@ CSMIP = files.csmip([SHAKE, SHAKE])
             {"a.asc": files.esm(SHAKE), "hole.asc": files.esm(SHAKE).replace("LOC", "SENSOR_DEPTH_M: -150\nLOC")},
             "hole.asc",
         ),
+        *(
+            ({"a.asc": files.esm(SHAKE), "b.csv": files.esm(SHAKE).replace("LOC", f"STATION_NAME: {name}\nLOC")}, out)
+            for name, out in (
+                ("BELL TOWER, ROOF", "b.csv"),
+                ("TOWN HALL 5TH FLOOR", "b.csv"),
+                ("ROOF LANE", ""),
+                ("DEEP CREEK", ""),
+                ("TOWER 1ST FLOOR", ""),
+            )
+        ),
         ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: Downhole -30 m")}, "180 deg borehole"),
         ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: 5th Floor: NE corner")}, "180 deg structure"),
         ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: 1st Floor: NE corner")}, ""),

@@ -24,6 +24,8 @@ PARTS = {
     "<column>": COLUMN,
     "<rows>": ROWS,
     "<rows in ms>": "".join(f"{0.5 * i:.2f},{one}\n" for i, one in enumerate(SAMPLES)),
+    "<rows in days>": "".join(f"{1e-7 * i:.7f},{one}\n" for i, one in enumerate(SAMPLES)),
+    "<minus signs>": COLUMN.replace("-", "\N{MINUS SIGN}"),
     "<rows;>": ROWS.replace(",", ";"),
     "<decimal commas>": ROWS.translate(str.maketrans(",.", ";,")),
     "<decimal commas between tabs>": ROWS.translate(str.maketrans(",.", "\t,")),

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -48,11 +49,30 @@ class TestTables:
             (f"# vertical component\n{TABLE}", "line 1 says 'vertical': is it the spectrum that shakes"),
             (f"# damping 2 %\n{TABLE}", "line 1 says 'damping 2 %'"),
             (f"# sigma in log10\n{TABLE}", "line 1 says 'log10'"),
+            (f"# logarithms to base 10\n{TABLE}", "line 1 says 'base 10'"),
+            (f"# sigma in per cent\n{TABLE}", "line 1 says 'sigma in per cent'"),
+            (f"# 84th percentile\n{TABLE}", "line 1 says '84th percentile'"),
+            (f"# median + 1 sigma\n{TABLE}", "line 1 says '+ 1 sigma'"),
+            (f"# conditional on Sa(1.0) = 0.4 g\n{TABLE}", "line 1 says 'conditional on"),
         ],
     )
     def test_what_no_target_has_is_doubted(self, tmp_path, text, said):
         with pytest.warns(ImplausibleInput, match=re.escape(said)):
             read_target(written(tmp_path, text), "Sa(1.0)")
+
+    @pytest.mark.parametrize(
+        "comment",
+        [
+            "standard deviations of ln Sa, 5 % damped",
+            "conditional on the rupture",
+            "total sigma: between-event and within-event",
+            "50th percentile",
+            "return period 475 years, 10 % in 50 years",
+        ],
+    )
+    def test_what_targets_say_is_not_doubted(self, tmp_path, comment):
+        with warnings.catch_warnings(action="error"):
+            read_target(written(tmp_path, f"# {comment}\n{TABLE}"), "Sa(1.0)")
 
     def test_correlations_of_a_file(self, tmp_path):
         names = ["0.5", "1.0", "pgv", "d5_95"]
