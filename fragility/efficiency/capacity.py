@@ -15,6 +15,7 @@ from ...core.elementary import Array, exp, log
 from ...core.units import DIMENSIONLESS, variables as variables_on
 from ..fitting.first_overturning import SHIFT, brackets, level_shift, spacing_attributes
 from ..fitting.states import OVERTURNED, State, reached, state_name
+from ..numerics.slabs import spread
 from ..runs.provenance import carried_attributes, intensity_of, level_measure, scaled_to_levels
 
 
@@ -43,9 +44,7 @@ class OrderedRuns(NamedTuple):
         factors = (self.log_levels - self.log_measured) / self.power
         if self.unscaled:
             factors = xr.zeros_like(factors)
-        if "block" not in factors.dims:
-            factors = factors.expand_dims("block")
-        return np.asarray(factors.transpose("block", "motion", "level").values)
+        return spread(factors, ("block", "motion", "level"))
 
     def in_order(self, values: xr.DataArray) -> xr.DataArray:
         """Return results of the runs, without coordinates, on (…, motion, level) in the order of the levels."""

@@ -197,9 +197,7 @@ def _with_measures(runs: xr.Dataset, options: "RankingOptions") -> xr.Dataset:
 
 def _first_block_and_law(runs: Any) -> Any:
     """Return the runs of the first block under the first law; anything else unchanged."""
-    if not isinstance(runs, xr.Dataset):
-        return runs
-    return runs.isel({dim: slice(1) for dim in ("block", "model") if dim in runs.dims})
+    return runs.isel(block=slice(1), model=slice(1), missing_dims="ignore") if isinstance(runs, xr.Dataset) else runs
 
 
 class RankingOptions(NamedTuple):

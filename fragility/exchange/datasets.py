@@ -19,6 +19,7 @@ from ...motions.intensity.naming import FLOOR, GROUND, place_in
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import ABSENT, DIRECTIONS, OK, OVERTURNED, state_named
+from ..numerics.slabs import spread
 from ..runs.provenance import levels_of_the_ground, tilt_limits, upper_floors
 from .files import ExchangeError
 from .ids import OPENQUAKE_MARKS, TABLE_MARKS, check_ids, is_id, make_ids
@@ -216,8 +217,7 @@ def _of_the_block(variable: xr.Variable) -> xr.Variable:
     """Return a variable on block alone if its values depend on the block alone."""
     if "block" not in variable.dims or len(variable.dims) == 1:
         return variable
-    moved = np.moveaxis(variable.values, variable.dims.index("block"), 0)
-    moved = moved.reshape(moved.shape[0], -1)
+    moved = variable.transpose("block", ...).values.reshape(variable.sizes["block"], -1)
     first = np.array([next(iter(row[np.isfinite(row)]), np.nan) for row in moved])
     same = np.isnan(moved) | (moved == first[:, None])
     return xr.Variable("block", first, variable.attrs) if same.all() else variable
@@ -288,9 +288,7 @@ def _texts(curves: xr.Dataset, name: str, dims: tuple[str, ...]) -> list[str] | 
 def _at_every_row(curves: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArray[Any] | None:
     if name not in curves.variables or not {str(dim) for dim in curves[name].dims} <= set(dims):
         return None
-    like = xr.DataArray(np.empty([curves.sizes[dim] for dim in dims], dtype=bool), dims=dims)
-    spread = curves[name].variable.to_base_variable()
-    return np.asarray(xr.DataArray(spread).broadcast_like(like).transpose(*dims).values).reshape(-1)
+    return spread(curves[name], {dim: curves.sizes[dim] for dim in dims}).reshape(-1)
 
 
 def _text(value: Any) -> str:

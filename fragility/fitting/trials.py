@@ -6,7 +6,7 @@ intensity), and counts.  Nothing is fitted here.
 
 import hashlib
 import math
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -314,15 +314,13 @@ def _trials_of_counts(data: xr.Dataset) -> Trials:
     if bool((k < 0).any()) or bool((k > n).any()):
         raise ValueError("overturnings must lie between 0 and runs at every level")
     k = k.transpose(..., "level")
-    n = n.broadcast_like(k).transpose(*k.dims)
     dims, shape = k.dims[:-1], k.shape[:-1]
     x = _positive("level", data["level"].values)
     levels, where = np.unique(x, return_inverse=True)
-    thresholds = _per_curve(rocking_thresholds(data), k.isel(level=0, drop=True))
+    thresholds = _per_curve(rocking_thresholds(data), dims, shape)
+    counts = (array.reshape(-1, x.size) for array in (k.values, slabs.spread(n, k.sizes)))
     samples = []
-    for fell, ran, threshold in zip(
-        k.values.reshape(-1, x.size), n.values.reshape(-1, x.size), thresholds, strict=True
-    ):
+    for fell, ran, threshold in zip(*counts, thresholds, strict=True):
         cells = np.zeros((levels.size, STATES))
         np.add.at(cells[:, TOPPLED], where, fell)
         np.add.at(cells[:, STOOD], where, ran - fell)
@@ -350,13 +348,12 @@ def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Seque
     flags = flags.transpose(*dims, *rest)
     lifted = None if lifted is None else lifted.transpose(*dims, *rest)
     x = data["level" if design == IDA else "intensity"]
-    single = flags.isel(dict.fromkeys(together, 0), drop=True)
-    intensities = _intensities(x, single)
+    intensities = _intensities(x, {dim: flags.sizes[dim] for dim in dims}, "level" if design == IDA else "motion")
     clusters = clusters_of(flags)
     ways = flags.sizes["motion"] // number_of_motions(flags)
     floor, groups = motions_by_floor(flags)
     shape = flags.shape[: len(dims)]
-    thresholds = _per_curve(rocking_thresholds(data), flags.isel(dict.fromkeys(rest, 0), drop=True))
+    thresholds = _per_curve(rocking_thresholds(data), dims, shape)
     samples = []
     for i, where in enumerate(np.ndindex(*shape)):
         for motions in groups:
@@ -489,22 +486,13 @@ def _flag_slabs(fell: Flags, up: Flags | None, motions: Index) -> Iterator[tuple
         yield rows[part][..., motions], None if more is None else more[part][..., motions]
 
 
-def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:
-    """Return levels (…, level) or intensities (…, motion) on the dimensions of the curves."""
-    last = flags.dims[-2] if "level" in flags.dims else flags.dims[-1]
-    dims = [dim for dim in flags.dims if dim not in {"level", "motion"}]
-    if not set(x.dims) <= {*dims, last} or last not in x.dims:
-        raise ValueError(f"{x.name} must lie on {last} and may lie on {dims}, got dims {x.dims}")
+def _intensities(x: xr.DataArray, sizes: Mapping[Hashable, int], last: str) -> Array:
+    """Return levels (…, level) or intensities (…, motion) on the dimensions of the curves and `last`."""
+    if not set(x.dims) <= {*sizes, last} or last not in x.dims:
+        raise ValueError(f"{x.name} must lie on {last} and may lie on {[*sizes]}, got dims {x.dims}")
     if x.size:
         _positive(str(x.name), x.values)
-    like = flags.isel({dim: 0 for dim in ("level", "motion") if dim != last and dim in flags.dims}, drop=True)
-    return np.asarray(_on_all(x, like).transpose(*dims, last).values, dtype=np.float64)
-
-
-def _on_all(values: xr.DataArray, like: xr.DataArray) -> xr.Variable:
-    """Return values on all dimensions of `like`, without coordinates: to compare labels takes longer than a fit."""
-    on_all: xr.Variable = values.variable.set_dims(dict(like.sizes))  # type: ignore[no-untyped-call]
-    return on_all
+    return np.asarray(slabs.spread(x, {**sizes, last: x.sizes[last]}), dtype=np.float64)
 
 
 def _positive(name: str, values: Any) -> Array:
@@ -514,11 +502,11 @@ def _positive(name: str, values: Any) -> Array:
     return x
 
 
-def _per_curve(values: xr.DataArray, like: xr.DataArray) -> list[float]:
-    """Return a value for each curve in the order of `like`; NaN if the values have other dimensions."""
-    if not set(values.dims) <= set(like.dims):
-        return [np.nan] * like.size
-    return [float(value) for value in _on_all(values, like).transpose(*like.dims).values.ravel()]
+def _per_curve(values: xr.DataArray, dims: tuple[Hashable, ...], shape: tuple[int, ...]) -> list[float]:
+    """Return a value for each curve in order; NaN if the values have other dimensions."""
+    if not set(values.dims) <= set(dims):
+        return [np.nan] * math.prod(shape)
+    return [float(value) for value in slabs.spread(values, dict(zip(dims, shape, strict=True))).ravel()]
 
 
 def _curve_coordinates(data: xr.Dataset, dims: tuple[Hashable, ...]) -> dict[Hashable, xr.DataArray]:

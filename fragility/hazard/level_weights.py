@@ -8,32 +8,13 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...core import checks
 from ...core.elementary import Array, exp, log, times
-
-
-class Hazard(Protocol):
-    """Interface of a hazard curve: annual rates (level,) at which levels of a measure are exceeded."""
-
-    @property
-    def levels(self) -> Any:
-        """Levels, SI, > 0, increasing."""
-
-    @property
-    def rates(self) -> Any:
-        """Annual rates of exceedance, > 0, not increasing."""
-
-    @property
-    def im(self) -> Any:
-        """The measure, or its name."""
-
-    @property
-    def units(self) -> str:
-        """Unit of its levels."""
+from .curve import HazardCurve
 
 
 class LevelWeights(NamedTuple):
@@ -48,7 +29,7 @@ class LevelWeights(NamedTuple):
     above: float
 
 
-def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
+def level_weights(levels: Any, hazard: HazardCurve) -> LevelWeights:
     """Return weights w with sum_j w_j v(x_j) = integral of v(x) |d lambda(x)|.
 
     The conditional value v is known at the increasing levels x_j (level,), SI, > 0, of which at least one is inside the
@@ -84,29 +65,26 @@ def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     reached = np.flatnonzero(weights.weights)
     if reached.size < 3:
         return weights
-    knots, rates = hazard_points(hazard)
     straight = weights.weights[reached[0] :]
-    change = _beyond_lines(log(np.asarray(levels, float))[reached[0] :], log(knots), log(rates))
+    change = _beyond_lines(log(np.asarray(levels, float))[reached[0] :], log(hazard.levels), log(hazard.rates))
     most = np.divide(0.5 * straight, -change, out=np.ones_like(change), where=change < 0.0)
     bent = straight + min(1.0, float(most.min())) * change
     return weights._replace(weights=np.concatenate([weights.weights[: reached[0]], bent]))
 
 
-def line_weights(levels: Any, hazard: Hazard) -> LevelWeights:
-    """Return the weights of straight lines in ln x between the levels; arguments and errors as of `level_weights`.
+def line_weights(levels: Any, hazard: HazardCurve, rates: Array | None = None) -> LevelWeights:
+    """Return the weights of straight lines in ln x, as `level_weights`; `rates`: others at the levels of the hazard.
 
     Weights of two hazard curves add up to the weights of their sum, so that they divide a rate into shares.
     """
-    checks.stated_unit("levels", levels, getattr(hazard, "units", ""))
+    checks.stated_unit("levels", levels, hazard.units)
     x = np.atleast_1d(checks.finite_array("levels", levels, ndim=(0, 1)))
-    knots, rates = hazard_points(hazard)
-    for name, values in (("levels", x), ("levels of the hazard", knots)):
-        checks.increasing(name, values)
-    if x[-1] < knots[0]:
+    checks.increasing("levels", x)
+    if x[-1] < hazard.levels[0]:
         raise ValueError(
-            f"levels must reach the hazard curve, which begins at {knots[0]:g}, got {x[-1]:g} as the last one"
+            f"levels must reach the hazard curve, which begins at {hazard.levels[0]:g}, got {x[-1]:g} as the last one"
         )
-    u, at, logs = log(x), log(knots), log(rates)
+    u, at, logs = log(x), log(hazard.levels), log(hazard.rates if rates is None else rates)
     weights = np.zeros(u.size)
     below = 0.0
     if u.size > 1:
@@ -119,21 +97,6 @@ def line_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     above = _rate(u[-1], at, logs)
     weights[-1] += above
     return LevelWeights(weights, below, above)
-
-
-def hazard_points(hazard: Hazard) -> tuple[Array, Array]:
-    """Return the levels and rates of a hazard curve, checked."""
-    if not (hasattr(hazard, "levels") and hasattr(hazard, "rates")):
-        raise TypeError(f"hazard must be a hazard curve with levels and rates, got {checks.kind(hazard)}")
-    levels = checks.finite_array("levels of the hazard", np.asarray(hazard.levels))
-    rates = checks.finite_array("rates of the hazard", np.asarray(hazard.rates), unit="1/year")
-    if levels.size != rates.size or levels.size < 2:
-        raise ValueError(
-            f"a hazard curve must have two points or more, a rate each, got {levels.size} levels and {rates.size} rates"
-        )
-    if rates.min() <= 0.0 or np.any(np.diff(rates) > 0.0):
-        raise ValueError(f"rates of the hazard must be > 0 and not increasing (in 1/year), got {rates.tolist()!r:.60}")
-    return levels, rates
 
 
 def _interval_rates(a: float, b: float, at: Array, logs: Array) -> tuple[float, float]:

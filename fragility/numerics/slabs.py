@@ -42,6 +42,12 @@ def slabs(sizes: Mapping[str, int], dims: Sequence[str]) -> Iterator[Where]:
             yield {dim: part, **more}
 
 
+def spread(values: xr.Variable | xr.DataArray, dims: Mapping[Any, int] | Sequence[Any]) -> NDArray[Any]:
+    """Return values on dimensions in their order, repeated along those that they lack, or of length 1 without sizes."""
+    plain = xr.Variable(values.dims, values.values)
+    return np.asarray(plain.set_dims(dims).values)  # type: ignore[no-untyped-call]
+
+
 def sizes_of(runs: xr.Dataset) -> dict[str, int]:
     """Return the sizes by the names of the dimensions."""
     return {str(dim): size for dim, size in runs.sizes.items()}

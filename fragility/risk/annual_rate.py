@@ -35,6 +35,7 @@ from ..hazard.curve import HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND, HOLD, Pieces
 from ..hazard.plausibility import warn_of_hazards
 from ..hazard.poisson import probability_in
+from ..numerics.slabs import spread
 from ..runs.provenance import configuration_of
 from ..validity.limits import of_rates
 from .common_measure import in_hazard_measure
@@ -300,9 +301,7 @@ def rate_share_above(
             raise ValueError(f"levels must have the labels of the curves on {dim}, in their order")
     if not (at.values > 0.0).all():
         raise ValueError(f"levels must be > 0, got {at.values.min():g}")
-    at = at.transpose(*(dim for dim in dims if dim in at.dims))
-    places = [at.sizes[dim] if dim in at.dims else 1 for dim in dims]
-    thresholds = np.broadcast_to(at.values.reshape(places), shape).ravel()
+    thresholds = spread(at, dict(zip(dims, shape, strict=True))).ravel()
     share = _share_above(arrays, rates_of(arrays, pieces, outside).rate, pieces, thresholds, outside)
     return xr.DataArray(share.reshape(shape), coordinates_on(curves, dims), dims)
 

@@ -10,6 +10,7 @@ from ...core.elementary import log
 from ...motions.intensity.naming import FLOOR, measure_named
 from ..curves.curve import CurveArrays, LinkedCurves, TabulatedCurves, curve_arrays, im_of
 from ..hazard.curve import HazardCurve
+from ..numerics.slabs import spread
 from ..runs.provenance import levels_of_the_ground, upper_floors
 from ..runs.scaling import BLOCK_MEASURES
 
@@ -45,9 +46,8 @@ def in_hazard_measure(
         raise ValueError(
             f"curves are of {name!r}, which needs a hazard curve of {block_measure.measure.label!r}, got {hazard.im!r}"
         )
-    factor = per_block(curves, name)
-    on = [factor.sizes.get(dim, 1) for dim in dims]
-    return arrays.shifted(np.broadcast_to(-log(factor.values.reshape(on)), arrays.shape)), dims
+    factors = spread(per_block(curves, name), dict(zip(dims, arrays.shape, strict=True)))
+    return arrays.shifted(-log(factors)), dims
 
 
 def per_block(curves: xr.Dataset, im: str) -> xr.DataArray:

@@ -14,6 +14,7 @@ from ..curves.curve import coordinates_on
 from ..fitting.bootstrap import percentile_interval
 from ..fitting.states import CROSSED, NO_RATE, OK, TOO_HIGH, TOO_LOW
 from ..hazard.poisson import rate_from_probability
+from ..numerics.slabs import spread
 from ..runs.provenance import configuration_of
 
 SIZES = ("alpha", "R", "width", "height", "cm_height")
@@ -164,6 +165,4 @@ def _weights(rates: xr.Dataset, rows: list[str]) -> Array | None:
     """Return the weights of the samples, with the dimensions `rows` flattened; None if all weights are equal."""
     if "realisation" not in rows or "weight" not in rates.coords:
         return None
-    sizes = [rates.sizes[dim] for dim in rows]
-    shape = [rates.sizes[dim] if dim == "realisation" else 1 for dim in rows]
-    return np.broadcast_to(rates["weight"].values.reshape(shape), sizes).reshape(-1)
+    return spread(rates["weight"], {dim: rates.sizes[dim] for dim in rows}).reshape(-1)

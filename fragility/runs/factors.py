@@ -81,7 +81,7 @@ class ScaleFactors(NamedTuple):
         """The factors on motion, and on block and level if they depend on them, in the order of runs."""
         ratios: xr.Variable = self.levels / self.measured
         factors = ratios if self.measure is None else ratios.copy(data=self.measure.factors(ratios.values))
-        return factors.transpose(*[dim for dim in ("block", "level", "motion") if dim in factors.dims])
+        return factors.transpose("block", "level", "motion", ..., missing_dims="ignore")
 
 
 def unscaled(motions: int) -> ScaleFactors:

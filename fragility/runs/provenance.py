@@ -21,6 +21,7 @@ from ...motions.arrays import BOTH_AXES, DRAW, POLARITY, RECORD, Record, floor_c
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import FLOOR, GROUND, GROUND_FLOORS, place_in
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
+from ..numerics.slabs import spread
 from .factors import BlockFactors, Factors, ScaleFactors, unscaled
 from .scaling import BlockMeasure, intensity_measure
 
@@ -159,11 +160,6 @@ def level_measure(runs: xr.Dataset) -> LevelMeasure:
     raise ValueError(f"runs must have the coordinate {name!r}, the measure of their levels, got none")
 
 
-def scale_factor(runs: xr.Dataset) -> xr.DataArray:
-    """Return scale factors on motion, and on level and block if they depend on them; errors as `scale_factors`."""
-    return xr.DataArray(scale_factors(runs).values)
-
-
 def scale_factors(runs: xr.Dataset) -> ScaleFactors:
     """Return the scale factors of labelled runs, from their levels and measures, to be computed slab by slab."""
     if not scaled_to_levels(runs):
@@ -174,11 +170,7 @@ def scale_factors(runs: xr.Dataset) -> ScaleFactors:
 
 def factors_of(runs: xr.Dataset) -> Array:
     """Return the scale factors of labelled runs (block or 1, level or 1, motion), from levels and measures."""
-    factors = scale_factor(runs)
-    for dim in ("block", "level"):
-        if dim not in factors.dims:
-            factors = factors.expand_dims(dim)
-    return np.ascontiguousarray(factors.transpose("block", "level", "motion").values)
+    return np.ascontiguousarray(spread(scale_factors(runs).values, ("block", "level", "motion")))
 
 
 def factors_under(runs: xr.Dataset, motions: Flags) -> Factors:
@@ -222,19 +214,14 @@ def motions_by_floor(runs: xr.Dataset | xr.DataArray) -> tuple[xr.Variable | Non
     return floors, [np.flatnonzero([floor == label for floor in of_motion]) for label in labels]
 
 
-def ground_names(runs: xr.Dataset | xr.DataArray) -> list[str]:
-    """Return the name of each motion's ground motion, which its floors, stripes and polarities share."""
+def clusters_of(runs: xr.Dataset | xr.DataArray) -> Index:
+    """Return the number of each motion's ground motion, which floors, stripes and polarities share, as they occur."""
     floors = floor_of_each_motion(runs)
     # numbers replace missing labels; in stripes a repeated motion has another label
     labels = [str(value) for value in runs[RECORD if RECORD in runs.coords else "motion"].values]
-    return [
+    names = [
         label.removesuffix(f" floor {floor}") if floor else label for label, floor in zip(labels, floors, strict=True)
     ]
-
-
-def clusters_of(runs: xr.Dataset | xr.DataArray) -> Index:
-    """Return the number of each motion's ground motion, in the order of first occurrence."""
-    names = ground_names(runs)
     known = {name: i for i, name in enumerate(dict.fromkeys(names))}
     return np.array([known[name] for name in names], dtype=np.int64)
 

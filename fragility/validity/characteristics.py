@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array, Index
+from ...core.aliases import Array
 from ...core.units import HERTZ
 from ...core.wording import given_percent
 from ...motions.arrays import Record
@@ -54,10 +54,6 @@ class Characteristics(NamedTuple):
             for end in ("low", "high")
         )
         return cls(low, high, [peaks for part in parts for peaks in part.rising])
-
-    def at(self, motions: Index) -> Characteristics:
-        """Return the characteristics of motions at these places, which may recur."""
-        return Characteristics(self.low[motions], self.high[motions], [self.rising[i] for i in motions.tolist()])
 
     def part(self, motions: slice) -> Characteristics:
         """Return the characteristics of some of the motions."""

@@ -9,8 +9,9 @@ import xarray as xr
 from ...core.aliases import Array, Index
 from ...core.units import STANDARD_GRAVITY
 from ...models.friction import Contact, FixedFriction, Friction, contact_of, friction_at_uplift
+from ..numerics.slabs import spread
 from ..runs.provenance import RUN
-from .reasons import SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason, labelled, spread
+from .reasons import SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason, labelled
 
 ANY_FLOOR = FixedFriction(1.0)
 """Friction assumed if none is given: hardly any floor has more."""
@@ -54,8 +55,7 @@ def _lifting_peaks(
 ) -> xr.Variable:
     """Peak of the first half-cycle that exceeds g b/h, otherwise of the whole motion, m/s²; the motions are last."""
     thresholds: xr.Variable = STANDARD_GRAVITY / slenderness / factor
-    sizes = {str(dim): size for dim, size in thresholds.sizes.items()}
-    scale = spread(factor, sizes)
+    scale = spread(factor, thresholds.sizes)
     peaks = np.zeros(thresholds.shape)
     ends, order = np.arange(len(rising) + 1), None
     if motion is not None:

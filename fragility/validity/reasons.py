@@ -6,11 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...core.aliases import Flags, Index
 from ...core.units import DIMENSIONLESS, described
-from ..numerics.slabs import Where
+from ..numerics.slabs import Where, spread
 
 
 class Reason(NamedTuple):
@@ -103,13 +102,6 @@ class CurveShares(Shares):
         runs = np.bincount(self._curve[self._near], minlength=math.prod(self._sizes.values()))
         self.runs = runs.reshape(*self._sizes.values(), 1)
         return super().outside(undecided)
-
-
-def spread(values: xr.Variable, sizes: Mapping[str, int]) -> NDArray[Any]:
-    """The values on all dimensions, repeated along those that they lack."""
-    there = [dim for dim in sizes if dim in values.dims]
-    lengths = [size if dim in there else 1 for dim, size in sizes.items()]
-    return np.broadcast_to(values.transpose(*there).values.reshape(lengths), tuple(sizes.values()))
 
 
 def reason_names() -> xr.Variable:

@@ -241,10 +241,7 @@ def distinct(descriptions: Iterable[Any]) -> list[Any]:
 
 def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict[str, xr.Variable]:
     """Return variables with their dimensions in the order of `dims`, then others."""
-    return {
-        name: variable.transpose(*[dim for dim in dims if dim in variable.dims], ...)
-        for name, variable in variables.items()
-    }
+    return {name: variable.transpose(*dims, ..., missing_dims="ignore") for name, variable in variables.items()}
 
 
 def few_motions(fewest: int, widest: float) -> dict[str, xr.Variable]:

@@ -102,7 +102,8 @@ def _keep_extremes(
         if name not in kept:
             kept[name] = labelled(xr.Variable("block", np.full(sizes["block"], np.nan)), text)
         values = kept[name].values
-        values[blocks] = extreme(values[blocks], _over_runs(variables[of], extreme))
+        over = [dim for dim in ("level", "motion") if dim in variables[of].dims]
+        values[blocks] = extreme(values[blocks], variables[of].reduce(extreme.reduce, over).values)
 
 
 def over_samples(screened: xr.Dataset, block: Block) -> xr.Dataset:
@@ -143,11 +144,3 @@ def over_samples(screened: xr.Dataset, block: Block) -> xr.Dataset:
         variables[name] = (bare.expand_dims("block") if of_blocks else bare).assign_attrs(screened[name].attrs)
     text = json.dumps(settings, ensure_ascii=False)
     return xr.Dataset(variables, {**label, "reason": screened["reason"]}, {"screen": text})
-
-
-def _over_runs(variable: xr.Variable, extreme: np.ufunc) -> np.ndarray:
-    """The maximum or the minimum value over levels and motions, on block if it depends on it."""
-    there = [dim for dim in ("block", "level", "motion") if dim in variable.dims]
-    values = variable.transpose(*there).values
-    flat = values.reshape(values.shape[0] if "block" in there else 1, -1)
-    return np.asarray(extreme.reduce(flat, axis=1))

@@ -19,7 +19,7 @@ from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.fitting.bootstrap import REPLICATES
 from ...fragility.fitting.states import OVERTURNED
-from ...fragility.hazard.level_weights import Hazard, LevelWeights, hazard_points, level_weights, line_weights
+from ...fragility.hazard.level_weights import LevelWeights, level_weights
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION
 from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates, ordered
 from ...fragility.runs.provenance import AXES
@@ -97,8 +97,8 @@ class Assessment:
     building : Building, optional
         The building between the ground motions and the floors. None if `motions` are floor motions already, or if all
         pieces are on the ground (floor 0).
-    hazard : Hazard, optional
-        Hazard curve of `im` (``levels``, ``rates``, ``im``, ``units``), for annual values.
+    hazard : HazardCurve, optional
+        Hazard curve of `im`, for annual values.
     ground : xarray.DataArray or a sequence of them, optional
         The ground motions of floor motions, with their labels; floor 0 of the floor motions if not given.
     variability : Variability, optional
@@ -134,7 +134,7 @@ class Assessment:
     levels: Any
     im: str | Measure = USUAL_MEASURE
     building: Building | None = None
-    hazard: Hazard | None = None
+    hazard: HazardCurve | None = None
     ground: xr.DataArray | Iterable[xr.DataArray] | None = field(default=None, kw_only=True)
     variability: Variability | None = field(default=None, kw_only=True)
     modelling_dispersion: float = field(default=0.0, kw_only=True)
@@ -315,9 +315,9 @@ def assess(
         modelled = Modelled(joined(joint, mixture), mixture, np.zeros(0))
     variables = conditional_variables(joint, precision, modelled)
     plain = variables if mixture is None else conditional_variables(joint, precision)
-    if isinstance(hazard, HazardCurve):
+    if hazard is not None:
         variables = variables | range_of_a_year(plain, scaled.levels, hazard, beta)
-    elif hazard is None:
+    else:
         variables = variables | range_at_levels(plain, run.levels, scaled.levels, beta)
     if slips is not None:
         variables |= slide_variables(joint, overturned, slips, precision, year, modelled)
@@ -328,7 +328,7 @@ def assess(
             variables |= line_variables(joint, [event], precision, year, modelled)
     if weights is not None and year is not None:
         if beta > 0.0 and several_classes(inventory):
-            assert isinstance(hazard, HazardCurve)  # (`_weights` refuses others)
+            assert hazard is not None
             shifted = ShiftedLevels.between(weights, covering(hazard, scaled.levels, beta), hazard, beta)
             modelled = Modelled(joined(joint, shifted), shifted, shifted.rates)
         variables |= annual_variables(joint, weights, year, precision, modelled)
@@ -359,7 +359,7 @@ def assess(
         "motions": list(shaking.labels),
         **({} if shaking.polarity == AS_RECORDED else {"polarity": shaking.polarity}),
         **({AXES: shaking.axes} if shaking.axes else {}),
-        "hazard": None if hazard is None else [point.tolist() for point in hazard_points(hazard)],
+        "hazard": None if hazard is None else [list(hazard.levels), list(hazard.rates)],
         "variability": None if variability is None else variability.plain,
         **({} if slips is None else {"slipping": asdict(slipping)}),
         "replicates": precision.replicates,
@@ -570,35 +570,15 @@ def _named(row: Contents, law: Law, variability: Variability | None, across: boo
         raise ValueError(f"{row.label!r}: {error}") from None
 
 
-def _weights(scaled: Scaling, hazard: Hazard, beta: float) -> LevelWeights:
+def _weights(scaled: Scaling, hazard: HazardCurve, beta: float) -> LevelWeights:
     """Return the hazard curve as weights of the levels; ValueError if it is of another measure."""
-    hazard_points(hazard)
-    of, units = getattr(hazard, "im", None), getattr(hazard, "units", None)
-    if of is not None and of != scaled.name:
-        raise ValueError(f"hazard must be of the measure of the levels, {scaled.name!r}, got {of!r}")
-    if units is not None and units != scaled.units:
-        raise ValueError(f"levels of the hazard must be in {scaled.units}, got {units!r}")
-    if getattr(hazard, "at", "ground") != "ground":
+    if not isinstance(hazard, HazardCurve):
+        raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
+    if hazard.im != scaled.name:
+        raise ValueError(f"hazard must be of the measure of the levels, {scaled.name!r}, got {hazard.im!r}")
+    if hazard.at != "ground":
         raise ValueError("hazard must be of the ground, whose measure the levels are of, got one of a floor")
-    if isinstance(hazard, HazardCurve):
-        return level_weights(scaled.levels, covering(hazard, scaled.levels, beta))
-    if beta > 0.0:
-        raise TypeError(f"modelling_dispersion needs a HazardCurve, got {checks.kind(hazard)}")
-    return level_weights(scaled.levels, hazard)
-
-
-class _HazardPoints(NamedTuple):
-    """A hazard curve as points."""
-
-    levels: Array
-    rates: Array
-    im: Any
-    units: str
-
-
-def straight_weights(levels: Array, curve: HazardCurve, rates: Array) -> LevelWeights:
-    """Return the weights of levels from straight lines between a curve's levels, which have other rates."""
-    return line_weights(levels, _HazardPoints(np.asarray(curve.levels), rates, curve.im, curve.units))
+    return level_weights(scaled.levels, covering(hazard, scaled.levels, beta))
 
 
 def check_drawn(inventory: Inventory, realisations: int) -> None:

@@ -19,12 +19,11 @@ from ...core.streams import key_of, stream
 from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...fragility import HazardCurve
 from ...fragility.fitting.bootstrap import draw_motions
-from ...fragility.hazard.level_weights import level_weights
+from ...fragility.hazard.level_weights import level_weights, line_weights
 from ...fragility.risk.epistemic import FRACTILES, SOURCES, SampledRates, fractiles_of, shares_of_spread
 from ...fragility.uncertainty.joint import PieceDraws
 from ..inventory.contents import Inventory
 from ..text.curve_notes import SETTLED
-from .assessment import straight_weights
 from .modelling import ShiftedLevels, covering, refuse_own_motions
 from .outcomes import DAY, JointFlags
 from .savings import ItemChances
@@ -399,7 +398,7 @@ class _Branch:
         rates = np.asarray(plain.rates)
 
         def value(of: Array) -> float:
-            return float(times(straight_weights(self.levels, plain, of).weights, self.number))
+            return float(times(line_weights(self.levels, plain, of).weights, self.number))
 
         whole = value(rates)
         if not whole > 0.0:
@@ -409,7 +408,7 @@ class _Branch:
         last = 0.0
         standing = sum(row.count for row in self.inventory.rows if not row.anchored)
         if self.number[-1] < SETTLED * standing:
-            last = straight_weights(self.levels, plain, rates).above * float(self.number[-1])
+            last = line_weights(self.levels, plain, rates).above * float(self.number[-1])
         return float(np.clip(max(below, above, last) / whole, 0.0, 1.0))
 
 

@@ -23,7 +23,7 @@ from ...motions.polarity import BOTH
 from ..inventory.contents import Inventory
 from ..text.curve_notes import NOTABLE, SETTLED
 from ..text.words import level_text
-from .assessment import BUILDING, straight_weights
+from .assessment import BUILDING
 from .modelling import covering
 from .pieces import dangers_meant
 from .slide_runs import faces_an_edge
@@ -158,7 +158,7 @@ def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.V
     rates = np.asarray(plain.rates)
 
     def weights(of: Array) -> xr.DataArray:
-        return xr.DataArray(straight_weights(levels, plain, of).weights, dims="level")
+        return xr.DataArray(line_weights(levels, plain, of).weights, dims="level")
 
     # where other events are left out the curve is flat: below its own first level, or all the way up to its last
     shaking, known, rarer = (weights(np.minimum(rates, most)) for most in (np.inf, hazard.rates[0], hazard.rates[-1]))

@@ -19,10 +19,9 @@ from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.level_weights import LevelWeights, level_weights
 from ...fragility.numerics.proportions import interval_of_parts
-from ...fragility.numerics.slabs import RUNS, slabs
+from ...fragility.numerics.slabs import RUNS, slabs, spread
 from ...fragility.numerics.totals import chances, exceedances
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
-from ...fragility.validity.reasons import spread
 from ...motions.arrays import POLARITY, RECORD
 from ..inventory.contents import Contents
 from ..plan.design_shaking import at_level
@@ -505,21 +504,15 @@ def consistent(variables: Variables) -> Variables:
         lower, least = ends[f"{part}_lower"], ends[f"{whole}_lower"].copy()
         building = _building(least, lower)
         of_building = least[building]
-        larger = _like(lower.max([dim for dim in lower.dims if dim not in least.dims]), of_building)
+        larger = spread(lower.max([dim for dim in lower.dims if dim not in least.dims]), of_building.sizes)
         least[building] = of_building.copy(data=np.where(larger > of_building.values, larger, of_building.values))
         ends[f"{whole}_lower"] = least
     for part, whole in reversed(pairs):
         upper, most = ends[f"{part}_upper"], ends[f"{whole}_upper"]
         most = most[_building(most, upper)]
         most = most.min([dim for dim in most.dims if dim not in upper.dims])
-        ends[f"{part}_upper"] = upper.copy(data=_within(upper.values, _like(most, upper)))
+        ends[f"{part}_upper"] = upper.copy(data=_within(upper.values, spread(most, upper.sizes)))
     return ends
-
-
-def _like(values: xr.Variable, other: xr.Variable) -> Array:
-    """Return values on all dimensions of another variable."""
-    shaped: Array = spread(values, {str(dim): size for dim, size in other.sizes.items()})
-    return shaped
 
 
 def _building(whole: xr.Variable, part: xr.Variable) -> dict[str, int]:

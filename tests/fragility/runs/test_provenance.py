@@ -213,9 +213,11 @@ class TestReadBack:
         # what is counted beside them does not make stripes an IDA
         counted = stripes.merge(tp.overturning_probability(stripes))
         assert read_back.design_of(counted) == "stripes"
-        np.testing.assert_array_equal(read_back.scale_factor(counted), read_back.scale_factor(stripes))
-        np.testing.assert_allclose(read_back.scale_factor(stripes) * stripes["pga"], stripes["intensity"], rtol=1e-15)
-        assert (read_back.scale_factor(cloud) == 1.0).all()
+        np.testing.assert_array_equal(read_back.factors_of(counted), read_back.factors_of(stripes))
+        np.testing.assert_allclose(
+            read_back.factors_of(stripes)[0, 0] * stripes["pga"], stripes["intensity"], rtol=1e-15
+        )
+        assert (read_back.factors_of(cloud) == 1.0).all()
 
     def test_scale_factors_of_slabs_are_parts_of_the_whole(self, runs):
         """For measures that depend on the block, too, at levels and in stripes."""

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import mpmath
 import numpy as np
@@ -30,7 +29,7 @@ SHELF = tp.catalogue["bookcase-5-shelf"]
 
 
 def hazard(levels, rates):
-    return SimpleNamespace(levels=np.array(levels), rates=np.array(rates))
+    return tp.HazardCurve(levels, rates, "pga")
 
 
 def power_law(k0=1e-4, k=2.5, ends=(1e-3, 50.0)):

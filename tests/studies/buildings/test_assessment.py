@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 from itertools import pairwise
-from types import SimpleNamespace
 
 import distributed
 import matplotlib as mpl
@@ -35,9 +34,7 @@ LAW = tp.EnergyConsistent()
 FRAME = Building.flexural_shear(0.5, storeys=4)
 Z = 1.959963984540054  # (95 %)
 LEVELS = np.geomspace(0.8, 12.0, 7)
-CURVE = SimpleNamespace(
-    levels=np.geomspace(0.2, 20.0, 12), rates=0.02 * np.geomspace(0.2, 20.0, 12) ** -1.8, im="pga", units="m s-2"
-)
+CURVE = tp.HazardCurve(np.geomspace(0.2, 20.0, 12), 0.02 * np.geomspace(0.2, 20.0, 12) ** -1.8, "pga")
 SHELF, CASE, FILES = (tp.catalogue[n] for n in ("bookcase-5-shelf", "display-cabinet-glass", "file-vertical-4-drawer"))
 
 INVENTORY = Inventory(
@@ -183,7 +180,7 @@ class TestInAYear:
         flags = np.zeros((1, 2, 6), bool)
         flags[:, 1:] = True
         inventory = Inventory((Contents("a", SHELF, 0, 5, value=20.0),), "EUR")
-        curve = SimpleNamespace(levels=[0.01, 100.0], rates=[1e-4 * 0.01**-2.5, 1e-4 * 100.0**-2.5])
+        curve = tp.HazardCurve([0.01, 100.0], [1e-4 * 0.01**-2.5, 1e-4 * 100.0**-2.5], "pga")
         found = known(monkeypatch, flags, inventory, [0.4, 0.8], curve)
         z = 2.5 * np.log(2.0)
         rate = 1e-4 * (0.4**-2.5 * ((1.0 - np.exp(-z)) / z - np.exp(-z)) + 0.8**-2.5)
@@ -308,7 +305,7 @@ class TestInAYear:
 
 
 def replace_curve(**changes):
-    return SimpleNamespace(**{**CURVE.__dict__, "rates": [0.1, 1e-4], **changes})
+    return replace(CURVE, rates=[0.1, 1e-4], **changes)
 
 
 class TestPieces:
@@ -444,7 +441,7 @@ class TestAnchoring:
         Contents("held", FILES, 0, value=1000.0, consequences=("exit",), anchored=True),
     )
     flags = ([[1, 1, 0, 0]], [[1, 1, 1, 0]], [[0, 0, 1, 1]])
-    curve = SimpleNamespace(levels=[1.0, 2.0], rates=[0.01, 0.005])
+    curve = tp.HazardCurve([1.0, 2.0], [0.01, 0.005], "pga")
 
     def found(self, monkeypatch, **options):
         return known(monkeypatch, self.flags, Inventory(self.rows, "EUR"), [1.0], self.curve, **options)

@@ -203,9 +203,5 @@ def test_nothing_that_can_happen_stays_nothing():
 
 
 def test_refuses():
-    shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(2)
-    points = type("Points", (), {"levels": [0.1, 1.0], "rates": [0.1, 0.01], "im": "pga", "units": "m s-2"})()
-    with pytest.raises(TypeError, match="modelling_dispersion needs a HazardCurve"):
-        assess(THREE, Assessment(LAW, shaking, FINE, "pga", None, points, modelling_dispersion=0.3))
     with pytest.raises(ValueError, match="piece_class must be 1 to"):
         replace(ROWS[0], piece_class="x\n")
