@@ -7,13 +7,14 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
+from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, Index, log
 from ...core.parameters import CHANCE, CONFIDENCE, USUAL_CONFIDENCE, USUAL_YEARS
 from ...core.units import DIMENSIONLESS, described, of_end, provenance
 from ..curves.curve import coordinates_on
 from ..fitting.bootstrap import percentile_interval
 from ..fitting.states import CROSSED, NO_RATE, OK, TOO_HIGH, TOO_LOW
-from ..hazard.poisson import rate_from_probability
+from ..hazard.poisson import IMPOSSIBLY_OFTEN, rate_from_probability
 from ..numerics.slabs import spread
 from ..runs.provenance import configuration_of
 
@@ -133,7 +134,10 @@ def target_rate(rate: float | None, probability: float | None, years: float) -> 
         given = "neither" if rate is None else "both"
         raise ValueError(f"a target is either a rate or a probability in years, got {given}")
     if rate is not None:
-        return checks.number("rate", rate, above=0.0, unit="1/year")
+        goal = checks.number("rate", rate, above=0.0, unit="1/year")
+        if goal > IMPOSSIBLY_OFTEN:
+            warn([Doubt.of("rate_of_years", rate=goal)])
+        return goal
     return float(rate_from_probability(CHANCE.number("probability", probability), years))
 
 

@@ -103,7 +103,7 @@ def _levels_changed(data: xr.Dataset) -> Iterator[str]:
     if not bool((abs(ratios / ratios[:, :1] - 1.0) < SAME).all()):
         yield "scale factors do not grow with the levels: runs of other levels or measures were joined or relabelled"
     elif bool((abs(ratios / ratios[0] - 1.0) < SAME).all()) and abs(ratios[0, 0] - 1.0) > SAME:
-        unit, times = str(levels.attrs.get("units", "")), short_digits(1.0 / float(ratios[0, 0]))
+        unit, times = str(data[im].attrs.get("units", "")), short_digits(1.0 / float(ratios[0, 0]))
         yield f"levels are {times} times the {im} of the scaled motions: keep them in {unit}"
 
 

@@ -161,6 +161,10 @@ def test_levels_that_were_changed_after_the_runs():
     floors = tp.ida(SLENDER, LAW, building.floor_motions(shakes(20), floors=[1, 2]), LEVELS)
     changed = (
         (runs.assign_coords(level=runs["level"] / 9.80665), "levels are 0.102 times the pga of the scaled motions"),
+        (
+            runs.assign_coords(level=(100.0 * runs["level"]).assign_attrs(runs["level"].attrs, units="cm s-2")),
+            "levels are 100 times the pga of the scaled motions: keep them in m s-2",
+        ),
         (runs.reindex(level=1.1 * LEVELS**1.1, method="nearest"), "scale factors do not grow with the levels"),
         (xr.concat([runs, velocities], "level", data_vars="minimal"), "scale factors do not grow with the levels"),
         (xr.concat([runs, runs.isel(level=[2])], "level", data_vars="minimal"), "a level stands there twice"),
