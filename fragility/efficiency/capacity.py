@@ -16,7 +16,7 @@ from ...core.units import DIMENSIONLESS, variables as variables_on
 from ..fitting.first_overturning import SHIFT, brackets, level_shift, spacing_attributes
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..numerics.slabs import spread
-from ..runs.provenance import carried_attributes, intensity_of, level_measure, scaled_to_levels
+from ..runs.provenance import carried_attributes, coordinates_on, intensity_of, level_measure, scaled_to_levels
 
 
 class OrderedRuns(NamedTuple):
@@ -142,11 +142,7 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
         ),
         "stood_above": (capacities.stood_above, DIMENSIONLESS, f"whether a level above is without {name}"),
     }
-    coords = {
-        name: coordinate
-        for name, coordinate in runs.coords.items()
-        if set(coordinate.dims) <= set(dims) and name != "intensity"
-    }
+    coords = {name: coordinate for name, coordinate in coordinates_on(runs, dims).items() if name != "intensity"}
     return xr.Dataset(
         {**variables_on(dims, table), "level_shift": (dims[:-1], shifts, SHIFT)},
         coords=coords,

@@ -20,6 +20,7 @@ from ..fitting.states import OVERTURNED, State, state_name
 from ..numerics.slabs import gathered, sizes_of
 from ..runs.provenance import (
     as_given,
+    coordinates_on,
     floor_names,
     load_coordinates,
     motions_by_floor,
@@ -398,13 +399,8 @@ def _summary(capacities: Brackets, rank: Index, labels: Sequence[str]) -> dict[s
 
 
 def _coordinates(runs: xr.Dataset, candidates: Sequence[Candidate]) -> dict[str, Any]:
-    dims = {"block", "model"}
     return {
-        **{
-            str(name): coordinate.variable
-            for name, coordinate in runs.coords.items()
-            if coordinate.dims and dims >= {*map(str, coordinate.dims)}
-        },
+        **{name: values for name, values in coordinates_on(runs, ("block", "model")).items() if values.dims},
         "measure": ("measure", *_texts([candidate.label for candidate in candidates], "intensity measure")),
         "measure_units": ("measure", *_texts([candidate.units for candidate in candidates], "unit of the measure")),
         "power": (

@@ -26,6 +26,7 @@ from ..runs.provenance import (
     STRIPES,
     clusters_of,
     configuration_of,
+    coordinates_on,
     curves_of,
     design_of,
     levels_of_the_ground,
@@ -227,7 +228,7 @@ class Trials:
 
     dims: tuple[Hashable, ...]
     shape: tuple[int, ...]
-    coords: dict[Hashable, xr.DataArray]
+    coords: dict[str, xr.Variable]
     attrs: dict[Hashable, Any]
     level: dict[str, str]
     design: str
@@ -325,7 +326,7 @@ def _trials_of_counts(data: xr.Dataset) -> Trials:
         np.add.at(cells[:, TOPPLED], where, fell)
         np.add.at(cells[:, STOOD], where, ran - fell)
         samples.append(Sample(levels, cells.ravel(), False, threshold, False, False, None))
-    coords = _curve_coordinates(data, dims)
+    coords = coordinates_on(data, dims)
     return Trials(dims, shape, coords, data.attrs, _level_attributes(data["level"]), "counts", (), tuple(samples))
 
 
@@ -361,9 +362,9 @@ def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Seque
             fell = flags.values[where]
             up = None if lifted is None else lifted.values[where]
             samples.append(_sample(fell, up, at, motions, clusters, thresholds[i], first)._replace(ways=ways))
-    coords = _curve_coordinates(data, dims)
+    coords = coordinates_on(data, dims)
     if floor is not None:
-        coords = {**coords, "floor": xr.DataArray(floor, dims="floor")}
+        coords["floor"] = xr.Variable("floor", floor)
         dims, shape = (*dims, "floor"), (*shape, len(groups))
     strata: tuple[Index, ...] = (np.arange(clusters.max() + 1),)
     if design == STRIPES:
@@ -428,7 +429,7 @@ def _trials_of_adaptive(data: xr.Dataset, first: bool, state: State, together: S
     return Trials(
         dims,
         shape,
-        _curve_coordinates(data, dims),
+        coordinates_on(data, dims),
         {**data.attrs, "state": state_name(state)},
         _level_attributes(data["level"]),
         design_of(data),
@@ -507,11 +508,6 @@ def _per_curve(values: xr.DataArray, dims: tuple[Hashable, ...], shape: tuple[in
     if not set(values.dims) <= set(dims):
         return [np.nan] * math.prod(shape)
     return [float(value) for value in slabs.spread(values, dict(zip(dims, shape, strict=True))).ravel()]
-
-
-def _curve_coordinates(data: xr.Dataset, dims: tuple[Hashable, ...]) -> dict[Hashable, xr.DataArray]:
-    """Return the coordinates that lie on the dimensions of the curves alone."""
-    return {name: coordinate for name, coordinate in data.coords.items() if set(coordinate.dims) <= set(dims)}
 
 
 def _level_attributes(x: xr.DataArray) -> dict[str, str]:
