@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -176,56 +176,53 @@ def curve_variables(
     offers (curve,): clauses on better measures, empty if there is none. state: the name of a damage state other than
     overturning.
     """
-    dims = ("block", "model")
     unit, measure = level["units"], level["long_name"]
     of, half = ("overturning", "half overturn") if state is None else (state, f"half reach {state}")
 
-    def column(name: str, values: Sequence[Any], units: str, text: str) -> None:
-        array = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
-        variables[name] = xr.Variable(dims, array, described(text, units))
+    def interval(name: str, ends: Iterable[Sequence[float]], units: str, text: str) -> dict[str, Any]:
+        named = zip(ENDS, zip(*ends, strict=True), strict=True)
+        return {f"{name}{end}": (values, units, of_end(end, text, USUAL_CONFIDENCE)) for end, values in named}
 
-    def interval(name: str, ends: Sequence[tuple[float, float, float]], units: str, text: str) -> None:
-        for k, end in enumerate(ENDS):
-            column(f"{name}{end}", [of_ends[k] for of_ends in ends], units, of_end(end, text, USUAL_CONFIDENCE))
-
-    variables: dict[str, xr.Variable] = {}
     looks = [curve.looks[-1] for curve in curves]
     near = f"level at which {half}, from levels near it: {measure}"
-    interval("half_level", [_ends(look.local) for look in looks], unit, near)
-    through = f"{OF_MEDIAN}: {measure}"
-    interval("median", [_ends(look.curve) for look in looks], unit, through)
-    interval(
-        "dispersion",
-        [_ends(look.log_dispersion) for look in looks],
-        DIMENSIONLESS,
-        OF_DISPERSION,
-    )
+    columns = {
+        **interval("half_level", [_ends(look.local) for look in looks], unit, near),
+        **interval("median", [_ends(look.curve) for look in looks], unit, f"{OF_MEDIAN}: {measure}"),
+        **interval("dispersion", [_ends(look.log_dispersion) for look in looks], DIMENSIONLESS, OF_DISPERSION),
+    }
     target = curves[0].until.target
     asked = [(look.value, look.lower, look.upper) for look in looks]
     if target == RATE:
-        interval("rate", asked, PER_YEAR, f"annual rate of {of}, from weighted runs without a form of curve")
+        columns |= interval("rate", asked, PER_YEAR, f"annual rate of {of}, from weighted runs without a form of curve")
         fitted = [curve.fitted_rate() for curve in curves]
         rates = [math.nan if rate is None else rate.value for rate in fitted]
-        text = f"annual rate of {of}, of the lognormal curve through all runs"
-        column("rate_of_curve", rates, PER_YEAR, text)
         differ = [curve.rate_misfit() for curve in curves]
-        column("rate_misfit", differ, DIMENSIONLESS, "rate of the curve over that without one, less 1; 0 within error")
+        text = "rate of the curve over that without one, less 1; 0 within error"
+        columns |= {
+            "rate_of_curve": (rates, PER_YEAR, f"annual rate of {of}, of the lognormal curve through all runs"),
+            "rate_misfit": (differ, DIMENSIONLESS, text),
+        }
     if target == PROBABILITY:
-        interval("probability", asked, DIMENSIONLESS, f"probability of {of} at the level asked for")
+        columns |= interval("probability", asked, DIMENSIONLESS, f"probability of {of} at the level asked for")
     misfits = [math.expm1(-look.misfit) for look in looks]
-    column("misfit", misfits, DIMENSIONLESS, "median over half_level, less 1; 0 within twice its error")
-    column("motions_run", [look.motions for look in looks], DIMENSIONLESS, "motions that the block was run under")
-    width = "half width of the 95 % interval asked for, in the terms of until"
-    column("half_width", [half_width(curve, curve.looks[-1].ratio) for curve in curves], DIMENSIONLESS, width)
-    reasons = [reason_text(curve.stopped, state) for curve in curves]
-    column("stopped_because", reasons, DIMENSIONLESS, OF_STOP)
+    widths = [half_width(curve, look.ratio) for curve, look in zip(curves, looks, strict=True)]
     accounts = [
         "; ".join(part for part in (account(curve, state), offer) if part)
         for curve, offer in zip(curves, offers, strict=True)
     ]
-    column("account", accounts, DIMENSIONLESS, OF_ACCOUNT)
-    variables |= look_variables(curves, shape)
-    return variables
+    width = "half width of the 95 % interval asked for, in the terms of until"
+    columns |= {
+        "misfit": (misfits, DIMENSIONLESS, "median over half_level, less 1; 0 within twice its error"),
+        "motions_run": ([look.motions for look in looks], DIMENSIONLESS, "motions that the block was run under"),
+        "half_width": (widths, DIMENSIONLESS, width),
+        "stopped_because": ([reason_text(curve.stopped, state) for curve in curves], DIMENSIONLESS, OF_STOP),
+        "account": (accounts, DIMENSIONLESS, OF_ACCOUNT),
+    }
+    variables = {}
+    for name, (values, units, text) in columns.items():
+        array = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
+        variables[name] = xr.Variable(("block", "model"), array, described(text, units))
+    return variables | look_variables(curves, shape)
 
 
 def look_variables(curves: Sequence[SequentialCurve], shape: tuple[int, int]) -> dict[str, xr.Variable]:

@@ -401,14 +401,8 @@ def _summary(capacities: Brackets, rank: Index, labels: Sequence[str]) -> dict[s
 def _coordinates(runs: xr.Dataset, candidates: Sequence[Candidate]) -> dict[str, Any]:
     return {
         **{name: values for name, values in coordinates_on(runs, ("block", "model")).items() if values.dims},
-        "measure": ("measure", *_texts([candidate.label for candidate in candidates], "intensity measure")),
-        "measure_units": ("measure", *_texts([candidate.units for candidate in candidates], "unit of the measure")),
-        "power": (
-            "measure",
-            *_column(np.array([candidate.power for candidate in candidates]), "power with which it grows"),
-        ),
-        "measure_long_name": (
-            "measure",
-            *_texts([candidate.long_name for candidate in candidates], "what the measure is"),
-        ),
+        "measure": ("measure", *_texts([each.label for each in candidates], "intensity measure")),
+        "measure_units": ("measure", *_texts([each.units for each in candidates], "unit of the measure")),
+        "power": ("measure", *_column(np.array([each.power for each in candidates]), "power with which it grows")),
+        "measure_long_name": ("measure", *_texts([each.long_name for each in candidates], "what the measure is")),
     }

@@ -119,6 +119,12 @@ class Estimate:
         """True if the estimate maximises the penalised likelihood."""
         return self.exists and bool(self.lines.penalised[0])
 
+    @property
+    def arguments(self) -> tuple[int, int, Array, Array, Array, bool]:
+        """The data as the kernels take those of one fit, and True if its likelihood is penalised."""
+        kind, code, z, failures, runs = self.fits.data.arguments(self.lines.link)
+        return kind, code, z, failures[0], runs[0], bool(self.lines.penalised[0])
+
     def interval_kind(self, asked: str) -> str:
         """Return the kind of interval that the data allow if `asked` is the requested kind.
 
@@ -193,42 +199,15 @@ class Estimate:
         a, b = float(self.lines.a[0]), float(self.lines.b[0])
         at, free = (math.log(b), a) if p is None else ((eta - a) / b, b)
         roots = np.empty(lines.a.size)
-        engine.signed_roots(
-            data.kind,
-            lines.link.code,
-            data.z,
-            data.failures,
-            data.runs,
-            lines.table,
-            self.always_penalised,
-            what,
-            eta,
-            at,
-            free,
-            roots,
-        )
+        given = (lines.table, self.always_penalised, what, eta, at, free)
+        engine.signed_roots(*data.arguments(lines.link), *given, roots)
         return roots / np.sqrt(self.resampled.inflation(p))
 
     def _end(self, p: float | None, root: float) -> float:
         """Return the parameter of signed root `root`, on the kernel's scale; below the estimate for positive roots."""
         what, eta = self._target(p)
-        lines, data = self.lines, self.fits.data
-        return float(
-            engine.profile_end(
-                data.kind,
-                lines.link.code,
-                data.z,
-                data.failures[0],
-                data.runs[0],
-                bool(lines.penalised[0]),
-                what,
-                eta,
-                lines.a[0],
-                lines.b[0],
-                0.5 * root * root,
-                -1.0 if root > 0.0 else 1.0,
-            )
-        )
+        given = (what, eta, self.lines.a[0], self.lines.b[0], 0.5 * root * root, -1.0 if root > 0.0 else 1.0)
+        return float(engine.profile_end(*self.arguments, *given))
 
 
 def estimate(

@@ -50,6 +50,10 @@ class FactorData(NamedTuple):
         fell = np.cumsum(self.failures[0])[:-1] if self.kind == engine.INTERVAL else self.failures[0]
         return gap_between(self.x, fell < self.runs[0], fell > 0.0)
 
+    def arguments(self, link: Link) -> tuple[int, int, Array, Array, Array]:
+        """Return the data as the kernels take them, with the code of a link."""
+        return self.kind, link.code, self.z, self.failures, self.runs
+
 
 def data_of(levels: Array, cells: Array, outcomes: Index | None, like: FactorData | None = None) -> FactorData:
     """Return the data in cells (replicate, cell); `outcomes` is None if cells are intervals of first overturning.
@@ -139,7 +143,7 @@ def fit_lines(link: Link, data: FactorData, penalty: str, start: FittedLines | N
     guess = np.empty(0)
     if start is not None and np.isfinite(start.a[0]):
         guess = np.array([start.a[0], start.b[0]])
-    engine.fit_many(data.kind, link.code, data.z, data.failures, data.runs, PENALTIES[penalty], guess, table)
+    engine.fit_many(*data.arguments(link), PENALTIES[penalty], guess, table)
     return FittedLines(link, data.centre, data.width, table)
 
 
@@ -157,21 +161,10 @@ def covariance_of(
     """
     covariance = np.empty((lines.a.size, 3))
     none = np.empty(0, dtype=np.int64)
-    known = patterns is not None and weights is not None
-    engine.covariances(
-        data.kind,
-        lines.link.code,
-        data.z,
-        data.failures,
-        data.runs,
-        lines.table,
-        weights if weights is not None and known else np.empty((lines.a.size, 0)),
-        patterns.starts if patterns is not None else none,
-        patterns.cells if patterns is not None else none,
-        patterns.counts if patterns is not None else none,
-        none if outcomes is None else outcomes,
-        covariance,
-    )
+    if patterns is None or weights is None:
+        patterns, weights = Patterns(none, none, none, none), np.empty((lines.a.size, 0))
+    given = (lines.table, weights, *patterns[1:], none if outcomes is None else outcomes)
+    engine.covariances(*data.arguments(lines.link), *given, covariance)
     return covariance
 
 

@@ -271,17 +271,12 @@ def _scratch(factor: Estimate) -> Array:
     return np.zeros((engine.SCRATCH, factor.fits.data.z.size))
 
 
-def _arguments(factor: Estimate) -> tuple[int, int, Array, Array, Array, bool]:
-    lines, data = factor.lines, factor.fits.data
-    return data.kind, lines.link.code, data.z, data.failures[0], data.runs[0], bool(lines.penalised[0])
-
-
 def _value(factor: Estimate) -> float:
-    kind, link, *data = _arguments(factor)
+    kind, link, *data = factor.arguments
     return float(engine.evaluate(kind, link, factor.lines.a[0], factor.lines.b[0], *data, _scratch(factor))[0])
 
 
 def _profile(factor: Estimate, t: float, eta: float, scratch: Array) -> float:
     """Return the largest log-likelihood of a factor whose line passes eta at ln x = t."""
     at, guess = (t - factor.lines.centre) / factor.lines.width, factor.lines.b[0]
-    return float(engine.profile(*_arguments(factor), engine.FRACTILE, eta, at, guess, engine.PRECISE, scratch)[0])
+    return float(engine.profile(*factor.arguments, engine.FRACTILE, eta, at, guess, engine.PRECISE, scratch)[0])
