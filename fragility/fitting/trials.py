@@ -36,9 +36,6 @@ from ..runs.provenance import (
 )
 from .states import OVERTURNED, UPLIFTED, State, flags_of, needed_output, reached, state_name
 
-DENSE = 4
-"""A table of counts is dense up to this many counts for each run of a slab."""
-
 
 class Patterns(NamedTuple):
     """Patterns of outcomes; motions with the same outcomes share one.
@@ -51,33 +48,6 @@ class Patterns(NamedTuple):
     starts: Index
     cells: Index
     counts: Index
-
-
-class CellCounts:
-    """Counts of the runs of each cluster in each cell; keys are cluster * size + cell, increasing."""
-
-    def __init__(self, clusters: int, size: int) -> None:
-        self.size = size
-        self._dense = np.zeros(clusters * size if clusters * size <= DENSE * slabs.RUNS else 0, np.int64)
-        self._keys = np.empty(0, np.int64)
-        self._counts = np.empty(0, np.int64)
-
-    def add(self, keys: Index) -> None:
-        """Add further runs."""
-        if self._dense.size:
-            self._dense += np.bincount(keys, minlength=self._dense.size)
-            return
-        new, counts = np.unique(keys, return_counts=True)
-        self._keys, at = np.unique(np.concatenate([self._keys, new]), return_inverse=True)
-        counts = np.concatenate([self._counts, counts])
-        self._counts = np.zeros(self._keys.size, np.int64)
-        np.add.at(self._counts, at, counts)
-
-    @property
-    def entries(self) -> tuple[Index, Index]:
-        """Keys and counts of the cells with runs."""
-        keys = np.flatnonzero(self._dense) if self._dense.size else self._keys
-        return keys, self._dense[keys] if self._dense.size else self._counts
 
 
 class PatternTable:
@@ -457,7 +427,7 @@ def _sample(
         within = np.flatnonzero((of_motion >= begin) & (of_motion < begin + step))
         if not within.size:
             continue
-        table = CellCounts(min(step, known.of_cluster.size - begin), size)
+        keys, counts = np.empty(0, np.int64), np.empty(0, np.int64)
         for part, lifts in _flag_slabs(fell, up, chosen[within]):
             if first:
                 rising = np.argsort(x, kind="stable")
@@ -466,12 +436,21 @@ def _sample(
             else:
                 state = np.where(part, TOPPLED, STOOD if lifts is None else np.where(lifts, ROCKED, STOOD))
                 cell = STATES * (where[:, None] if fell.ndim > 1 else where[within]) + state
-            table.add(np.broadcast_to(of_motion[within] - begin, cell.shape).ravel() * size + cell.ravel())
-        keys, counts = table.entries
+            new = np.broadcast_to(of_motion[within] - begin, cell.shape).ravel() * size + cell.ravel()
+            keys, counts = _with_counts(keys, counts, new)
         cells += np.bincount(keys % size, counts, size)
         known.add(begin + keys // size, keys % size, counts)
     repeated = bool(np.bincount(of_motion).max() * runs > 1)
     return Sample(levels, cells, first, threshold, up is not None, repeated, known.patterns)
+
+
+def _with_counts(keys: Index, counts: Index, new: Index) -> tuple[Index, Index]:
+    """Return increasing keys and their counts (key,) with those of new keys, of which there may be several."""
+    distinct, further = np.unique(new, return_counts=True)
+    if not keys.size:
+        return distinct, further
+    every, at = np.unique(np.concatenate([keys, distinct]), return_inverse=True)
+    return every, np.bincount(at, np.concatenate([counts, further])).astype(np.int64)
 
 
 def _flag_slabs(fell: Flags, up: Flags | None, motions: Index) -> Iterator[tuple[Flags, Flags | None]]:
