@@ -37,10 +37,7 @@ MIRRORED = {"slide_peak": "slide_peak", "slide_forward": "slide_backward", "slid
 SLIPS = tuple(MIRRORED)
 AFTER = ENDS[1]
 """Way of blocks that slide on when a motion ends."""
-TEXTS = {
-    **{name: OUTPUTS[name].attributes for name in (*SLIPS, TRIP_VELOCITY, "mode", FALLEN_OFF)},
-    TRIPS: OF_TRIPS,
-}
+TEXTS = {**{name: OUTPUTS[name].attributes for name in (*SLIPS, TRIP_VELOCITY, "mode", FALLEN_OFF)}, TRIPS: OF_TRIPS}
 """Attributes of the results."""
 SLIDES_ON = "slides_on"
 """Setting: the numbers of the motions at whose end blocks still slide."""

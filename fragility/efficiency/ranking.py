@@ -215,14 +215,10 @@ class RankingOptions(NamedTuple):
     @property
     def described(self) -> dict[str, Any]:
         """Options as plain values, without the motions, which the runs determine."""
-        return {
-            "also": [measure if isinstance(measure, str) else measure.label for measure in self.also],
-            "state": state_name(self.state),
-            "least_demand": self.least_demand,
-            "replicates": self.replicates,
-            "confidence": self.confidence,
-            "seed": self.seed,
-        }
+        also = [measure if isinstance(measure, str) else measure.label for measure in self.also]
+        plain = {**self._asdict(), "also": also, "state": state_name(self.state)}
+        del plain["motions"]
+        return plain
 
 
 def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:

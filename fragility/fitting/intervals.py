@@ -23,8 +23,6 @@ Ends = tuple[float, float]
 
 WALD, PROFILE, BOOTSTRAP = "wald", "profile", "bootstrap"
 INTERVALS = (WALD, PROFILE, BOOTSTRAP)
-DISPERSION = None
-"""Selector of ln(dispersion), instead of a probability p that selects ln x of the fractile p."""
 
 
 @dataclass(frozen=True)
@@ -75,24 +73,11 @@ class LineFits(NamedTuple):
     clustered: bool
     ways: int = 1
 
-    def log_values(self, p: float | None) -> Array:
-        """Return ln x of the fractile p, or ln(dispersion), (replicate,)."""
-        return self.lines.log_dispersion if p is None else self.lines.log_fractile(p)
-
-    def log_variances(self, p: float | None) -> Array:
-        """Return the variances of `log_values`."""
-        return self._variances(p, self.covariance)
-
     def inflation(self, p: float | None) -> Array:
         """Return the variances over the variances of independent runs; 1 without a line or if it is penalised."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = self.log_variances(p) / self._variances(p, self.plain)
+            ratio = self.lines.log_variances(p, self.covariance) / self.lines.log_variances(p, self.plain)
         return np.where((ratio > 0.0) & np.isfinite(ratio), ratio, 1.0)
-
-    def _variances(self, p: float | None, covariance: Array) -> Array:
-        if p is None:
-            return self.lines.log_dispersion_variance(covariance)
-        return self.lines.log_fractile_variance(p, covariance)
 
 
 @dataclass(frozen=True)
@@ -135,11 +120,13 @@ class Estimate:
 
     def log_value(self, p: float | None) -> float:
         """Return ln x of the fractile p, or ln(dispersion)."""
-        return float(self.fits.log_values(p)[0]) if self.exists else math.nan
+        return float(self.lines.log_values(p)[0]) if self.exists else math.nan
 
     def log_error(self, p: float | None) -> float:
         """Return the standard error of `log_value`."""
-        return math.sqrt(max(self.fits.log_variances(p)[0], 0.0)) if self.exists else math.nan
+        if not self.exists:
+            return math.nan
+        return math.sqrt(max(self.lines.log_variances(p, self.fits.covariance)[0], 0.0))
 
     def log_interval(self, p: float | None, asked: str, confidence: float) -> Ends:
         """Return the interval of `log_value`, of the requested kind if the data allow it.

@@ -194,8 +194,8 @@ def _step_columns(step: UpliftStep, options: Options) -> Columns:
 def log_fractile(first: FittedLines, second: FittedLines, p: float) -> Array:
     """Return ln x at which products of lognormal curves pass p, (replicate,)."""
     # not before either factor passes p, nor after both pass its root
-    low = np.maximum(first.log_fractile(p), second.log_fractile(p))
-    high = np.maximum(first.log_fractile(math.sqrt(p)), second.log_fractile(math.sqrt(p)))
+    low = np.maximum(first.log_values(p), second.log_values(p))
+    high = np.maximum(first.log_values(math.sqrt(p)), second.log_values(math.sqrt(p)))
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         below = scipy.special.ndtr(_eta(first, middle)) * scipy.special.ndtr(_eta(second, middle)) < p

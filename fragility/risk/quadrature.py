@@ -43,11 +43,7 @@ _KNOTS = np.array([-REACH, -20.0, -12.0, -8.0, -5.0, -3.0, -1.5, 0.0, 1.5, 3.0, 
 
 
 def integrate(
-    function: Callable[[Array, Index], Array],
-    start: Array,
-    stop: Array,
-    owner: Index,
-    groups: Index,
+    function: Callable[[Array, Index], Array], start: Array, stop: Array, owner: Index, groups: Index
 ) -> Array:
     """Return integrals (integral,) of non-negative functions, each the sum of its panels, NaN if the function is.
 
