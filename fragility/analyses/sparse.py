@@ -16,11 +16,14 @@ from ...models.outputs import OUTPUTS
 from ...motions.arrays import BOTH_AXES, motion_coordinates
 from ...motions.intensity.evaluation import measure_variables
 from ...motions.intensity.naming import GROUND, measure_named
+from ..adaptive.rate import weighted_samples
 from ..adaptive.sequential import SequentialCurve, account, half_width
 from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
+from ..fitting.bootstrap import draw_motions
+from ..fitting.states import OVERTURNED, State, flags_of, needed_output
 from ..runs.labels import OF_ACCOUNT, OF_DISPERSION, OF_MEDIAN, OF_STOP, depth_coordinate
-from ..runs.provenance import AXES, RUN, configuration_of
+from ..runs.provenance import AXES, RUN, clusters_of, configuration_of, curves_of
 from ..runs.request import Request, part_of
 from ..runs.scaling import BlockMeasure, name_at
 from ..surfaces.gain import gain_words
@@ -245,3 +248,30 @@ def _ends(estimate: Any) -> tuple[float, float, float]:
         return (math.nan,) * 3
     value, reach = estimate.value, estimate.reach
     return math.exp(value), math.exp(value - reach), math.exp(min(value + reach, 700.0))
+
+
+def weighted_rate_samples(runs: xr.Dataset, replicates: int, seed: int = 0, state: State = OVERTURNED) -> xr.DataArray:
+    """Return the annual rates (block, model, replicate), 1/year, of replicates of runs whose levels a hazard drew.
+
+    The rate of a replicate is the mean over its motions of the weights of their runs that reached the state
+    (`fragility.adaptive.rate`), without a form of curve. A possible rate below the lowest falls is not in the
+    replicates, but in the interval of the rate itself. A replicate of the same seed draws the same motions as in
+    `fit_fragility`.
+    """
+    if "weight" not in runs or RUN not in runs["weight"].dims:
+        raise ValueError("rates without a form of curve need the weights of runs at adaptive levels, until a rate")
+    clusters = clusters_of(runs)
+    drawn = draw_motions((np.arange(clusters.max() + 1),), replicates, seed)
+    verdicts = runs[needed_output(state)].values
+    alpha = runs["alpha"].values if "alpha" in runs.coords else np.full(runs.sizes["block"], math.nan)
+    rates = np.empty((runs.sizes["block"], runs.sizes["model"], replicates))
+    for i, j, rows, motions in curves_of(runs):
+        fell = np.asarray(flags_of(verdicts[rows], state, float(alpha[i])), dtype=np.bool_)
+        rates[i, j] = weighted_samples(runs["weight"].values[rows], fell, clusters[motions], drawn)
+    text = "annual rate of each replicate, from weighted runs without a form of curve"
+    return xr.DataArray(
+        rates,
+        {"block": runs["block"].variable, "model": runs["model"].variable},
+        ("block", "model", "replicate"),
+        attrs=described(text, PER_YEAR),
+    )
