@@ -140,7 +140,7 @@ def with_estimates(
     # (of other answers the scatter of capacities does not say how many motions they take)
     offers = [gain_words(other_measures.labels, gain) if until.target == MEDIAN else "" for gain in gains]
     ratios = other_measures.variables(gains, ("block", "model"), shape)
-    estimated = runs.assign(curve_variables(curves, shape, runs["level"].attrs, offers, state))
+    estimated = runs.assign(curve_variables(curves, runs, offers, state))
     return (
         estimated.assign({str(name): variable.variable for name, variable in ratios.data_vars.items()})
         .assign_coords({str(name): coordinate.variable for name, coordinate in ratios.coords.items()})
@@ -168,18 +168,15 @@ def numbers(dim: str, n: int) -> dict[str, xr.Variable]:
 
 
 def curve_variables(
-    curves: Sequence[SequentialCurve],
-    shape: tuple[int, int],
-    level: Mapping[str, str],
-    offers: Sequence[str],
-    state: str | None = None,
+    curves: Sequence[SequentialCurve], runs: xr.Dataset, offers: Sequence[str], state: str | None = None
 ) -> dict[str, xr.Variable]:
     """Return the estimates of every curve, on (block, model), and the half width at every look.
 
     offers (curve,): clauses on better measures, empty if there is none. state: the name of a damage state other than
     overturning.
     """
-    unit, measure = level["units"], level["long_name"]
+    unit, measure = (runs["level"].attrs[name] for name in ("units", "long_name"))
+    shape = runs.sizes["block"], runs.sizes["model"]
     of, half = ("overturning", "half overturn") if state is None else (state, f"half reach {state}")
 
     def interval(name: str, ends: Iterable[Sequence[float]], units: str, text: str) -> dict[str, Any]:

@@ -201,9 +201,21 @@ def estimate(
     link: Link, sample: Sample, outcomes: Index | None, options: Options, drawn: ResampledData | None
 ) -> Estimate:
     """Fit one factor of a curve; `outcomes` is the outcome of each cell (None: intervals of first overturning)."""
+
+    def fits_of(data: FactorData, weights: Array | None, penalty: str, start: FittedLines | None = None) -> LineFits:
+        lines = fit_lines(link, data, penalty, start)
+        plain = covariance_of(lines, data)
+        if not sample.repeated or weights is None:
+            return LineFits(lines, data, plain, plain, False)
+        summed = covariance_of(lines, data, outcomes, sample.patterns, weights)
+        # separated data have at most one level with both outcomes, and there each motion counts once (or both ways,
+        # which may always agree)
+        alone = (lines.status == engine.SEPARATED)[:, None]
+        return LineFits(lines, data, np.where(alone, sample.ways * plain, summed), plain, True, sample.ways)
+
     data = data_of(sample.levels, sample.cells[None], outcomes)
     weights = None if sample.patterns is None else sample.resampled(np.ones((1, sample.patterns.of_cluster.size)))[0]
-    fits = _fits(link, sample, outcomes, data, weights, options.penalty, None)
+    fits = fits_of(data, weights, options.penalty)
     status = status_of(fits.lines, data, fits.covariance)
     always = PENALTIES[options.penalty] == engine.ALWAYS
     if drawn is None:
@@ -211,27 +223,7 @@ def estimate(
     # a separated replicate is penalised, whichever penalty the fit to the data has
     penalty = "auto" if options.penalty == "none" else options.penalty
     more = data_of(sample.levels, drawn.cells, outcomes, data)
-    return Estimate(fits, status, _fits(link, sample, outcomes, more, drawn.patterns, penalty, fits.lines), always)
-
-
-def _fits(
-    link: Link,
-    sample: Sample,
-    outcomes: Index | None,
-    data: FactorData,
-    weights: Array | None,
-    penalty: str,
-    start: FittedLines | None,
-) -> LineFits:
-    lines = fit_lines(link, data, penalty, start)
-    plain = covariance_of(lines, data)
-    if not sample.repeated or weights is None:
-        return LineFits(lines, data, plain, plain, False)
-    summed = covariance_of(lines, data, outcomes, sample.patterns, weights)
-    # separated data have at most one level with both outcomes, and there each motion counts once (or both ways, which
-    # may always agree)
-    alone = (lines.status == engine.SEPARATED)[:, None]
-    return LineFits(lines, data, np.where(alone, sample.ways * plain, summed), plain, True, sample.ways)
+    return Estimate(fits, status, fits_of(more, drawn.patterns, penalty, fits.lines), always)
 
 
 def median_bound(sample: Sample, confidence: float) -> Ends:
