@@ -106,7 +106,7 @@ class Estimate:
 
     @property
     def arguments(self) -> tuple[int, int, Array, Array, Array, bool]:
-        """The data as the kernels take those of one fit, and True if its likelihood is penalised."""
+        """The data of this fit alone as the kernels take them, and True if its likelihood is penalised."""
         kind, code, z, failures, runs = self.fits.data.arguments(self.lines.link)
         return kind, code, z, failures[0], runs[0], bool(self.lines.penalised[0])
 

@@ -445,7 +445,7 @@ def _sample(
 
 
 def _with_counts(keys: Index, counts: Index, new: Index) -> tuple[Index, Index]:
-    """Return increasing keys and their counts (key,) with those of new keys, of which there may be several."""
+    """Return increasing keys and their counts (key,) with new keys, of which several may be equal, added."""
     distinct, further = np.unique(new, return_counts=True)
     if not keys.size:
         return distinct, further
