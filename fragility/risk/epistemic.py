@@ -224,9 +224,8 @@ def _sampled(branch: Branch, least: int) -> CurveArrays:
     if has_replicates(branch.curves):
         return in_hazard_measure(branch.curves, branch.hazard, True)[0]
     arrays = in_hazard_measure(branch.curves, branch.hazard)[0].flat()
-    if isinstance(
-        arrays, TabulatedCurves
-    ):  # (tabulated curves are never shifted by beta_m, so that one copy is enough)
+    # (tabulated curves are never shifted by beta_m, so that one copy is enough)
+    if isinstance(arrays, TabulatedCurves):
         return arrays._replace(values=arrays.values[:, None], shift=arrays.shift[:, None])
     return type(arrays)(*(np.repeat(part[:, None], least, axis=1) for part in arrays))
 
@@ -269,9 +268,8 @@ def fractiles_of(branches: Sequence[SampledRates], weights: Array, shares: Seque
         known = ~np.isnan(values)
         part = mass.copy()
         begin = 0
-        for branch, weight in zip(
-            branches, weights, strict=True
-        ):  # (a replicate may have no curve; its branch keeps its weight)
+        # (a replicate may have no curve; its branch keeps its weight)
+        for branch, weight in zip(branches, weights, strict=True):
             end = begin + branch.modelled[i].size
             held = part[begin:end][known[begin:end]].sum()
             part[begin:end] *= weight / held if held > 0.0 else np.nan

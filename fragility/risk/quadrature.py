@@ -141,13 +141,9 @@ def _support(curves: CurveArrays) -> tuple[Array, Array]:
     """Return the u at which P rises from 0 in double precision, and the u above which P is constant, (curve,) each."""
     if isinstance(curves, TabulatedCurves):
         return curves.log_levels[0] + curves.shift, curves.log_levels[-1] + curves.shift
-    low = np.maximum(
-        curves.log_median - REACH * curves.dispersion, curves.log_uplift - REACH * curves.uplift_dispersion
-    )
-    high = np.maximum(
-        curves.log_median + REACH * curves.dispersion, curves.log_uplift + REACH * curves.uplift_dispersion
-    )
-    return low, high
+    median, uplift = curves.log_median, curves.log_uplift
+    over, lift = REACH * curves.dispersion, REACH * curves.uplift_dispersion
+    return np.maximum(median - over, uplift - lift), np.maximum(median + over, uplift + lift)
 
 
 def _panels(curves: CurveArrays, pieces: Pieces, low: Array, high: Array) -> tuple[Array, Array, Index, Index]:
