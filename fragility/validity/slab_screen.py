@@ -106,7 +106,7 @@ class ScreenInput(NamedTuple):
         """Return values of blocks, laws and motions for the runs of a table; unchanged for others."""
         if self.places is None:
             return values
-        return values.isel({dim: xr.Variable(RUN, at) for dim, at in self.places.items() if dim in values.dims})
+        return values.isel({dim: xr.Variable(RUN, at) for dim, at in self.places.items()}, missing_dims="ignore")
 
     @property
     def fewest_motions(self) -> int:
