@@ -98,12 +98,12 @@ class Probit(NamedTuple):
     @property
     def log_median(self) -> float:
         """Ln of the level at which half of the blocks overturn."""
-        return float(self.line.log_fractile(0.5)[0])
+        return float(self.line.log_values(0.5)[0])
 
     @property
     def dispersion(self) -> float:
         """Standard deviation of ln(capacity)."""
-        return math.exp(float(self.line.log_dispersion[0]))
+        return math.exp(float(self.line.log_values(None)[0]))
 
     def median(self) -> Estimate:
         """Return the estimate of ln(median)."""

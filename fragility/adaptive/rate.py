@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from ...core import checks
 from ...core.elementary import Array, Flags, Index, exp, log, log1p, times
 from ..fitting.links import LINKS
 from ..hazard.curve import HazardCurve
@@ -36,11 +37,13 @@ STEEPEST = 20.0
 
 
 def check_hazard(hazard: HazardCurve, im: str) -> None:
-    """Raise ValueError for a hazard that is of another measure than the levels, or cannot be continued beyond its own.
+    """Raise TypeError or ValueError for a hazard of another measure than the levels, or with no rates beyond its own.
 
     Weighted runs need rates beyond its levels, which continue with the slopes of its first and last pieces. A last
     piece without a slope never ends, and below a very steep first piece the rates overflow.
     """
+    if not isinstance(hazard, HazardCurve):
+        raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
     if hazard.im != im:
         raise ValueError(f"hazard must be of the measure of the levels, {im!r}, got {hazard.im!r}")
     for rates in (hazard.rates, *(hazard.realisations or ())):

@@ -112,7 +112,7 @@ class SequentialCurve:
         self._explored = 0
         self._global: Probit | None = None
         self._centre = math.nan
-        self._seen = Observations(np.empty(0), np.empty(0, np.bool_), np.empty(0, np.int64))
+        self.seen = Observations(np.empty(0), np.empty(0, np.bool_), np.empty(0, np.int64))
         self._weights = np.empty(0)
         self.looks: list[Look] = []
         self.stopped = ""
@@ -175,11 +175,11 @@ class SequentialCurve:
         """
         numbers = np.broadcast_to(motions, fell.shape).ravel()
         x = log(plan.levels).ravel()
-        self._seen = Observations(
-            np.append(self._seen.x, x), np.append(self._seen.fell, fell.ravel()), np.append(self._seen.motion, numbers)
+        self.seen = Observations(
+            np.append(self.seen.x, x), np.append(self.seen.fell, fell.ravel()), np.append(self.seen.motion, numbers)
         )
         self._weights = np.append(self._weights, plan.weights.ravel())
-        known, status = fit_probit(self._seen)
+        known, status = fit_probit(self.seen)
         self._global = known if known is not None else self._global
         if self._global is None:
             self._explore(status)
@@ -206,19 +206,14 @@ class SequentialCurve:
             self.stopped = NONE_FELL if status == NONE else ALL_FELL
 
     @property
-    def seen(self) -> Observations:
-        """All runs so far."""
-        return self._seen
-
-    @property
     def motions(self) -> int:
         """Number of motions so far."""
-        return int(np.unique(self._seen.motion).size)
+        return int(np.unique(self.seen.motion).size)
 
     @property
     def explored(self) -> tuple[float, float]:
         """Lowest and highest level of the runs."""
-        return math.exp(self._seen.x.min()), math.exp(self._seen.x.max())
+        return math.exp(self.seen.x.min()), math.exp(self.seen.x.max())
 
     @property
     def cells(self) -> HazardCells | None:
@@ -234,7 +229,7 @@ class SequentialCurve:
 
     def weighted_rate(self) -> Estimate:
         """Return the rate from the weighted runs."""
-        return weighted_rate(self._weights, self._seen.fell, self._seen.motion)
+        return weighted_rate(self._weights, self.seen.fell, self.seen.motion)
 
     def rate_misfit(self) -> float:
         """Return the fitted rate over the weighted one, less 1, if they differ by more than twice the error."""
@@ -249,8 +244,8 @@ class SequentialCurve:
             return Look(self.motions, *UNKNOWN)
         curve, spread = self._global.median(), self._global.log_dispersion()
         at = self._global.log_median
-        near, middle = local_probit(self._seen, at, WINDOW * self._distance(), follow=True)
-        local = None if near is None else enclosing(near.median(), self._seen)
+        near, middle = local_probit(self.seen, at, WINDOW * self._distance(), follow=True)
+        local = None if near is None else enclosing(near.median(), self.seen)
         self._centre = middle
         k, room = self.motions, self.until.room
         estimates = (local, curve, spread)
@@ -268,7 +263,7 @@ class SequentialCurve:
         rate, cells = self.weighted_rate(), self.cells
         if cells is None or not rate.value > 0.0:
             return Look(k, *UNKNOWN, *estimates)
-        up = rate.reach + unseen_tail(cells, self._weights, self._seen)
+        up = rate.reach + unseen_tail(cells, self._weights, self.seen)
         ratio = up / (self.until.room * rate.value)
         return Look(k, ratio, rate.value, max(0.0, rate.value - rate.reach), rate.value + up, *estimates)
 
@@ -276,7 +271,7 @@ class SequentialCurve:
         """Look at the probability of a level: by a local fit, or if all runs nearby end alike, by their number."""
         reach = WINDOW * self._distance()
         x = math.log(self.until.level)
-        near = self._seen.within(x, reach)
+        near = self.seen.within(x, reach)
         alike = near.fell.all() or not near.fell.any()
         if near.x.size and alike:
             # (a motion counts once: its runs are as alike as they can be)
@@ -287,7 +282,7 @@ class SequentialCurve:
             return Look(k, (upper - lower) / self.until.room, float(near.fell[0]), lower, upper, *estimates)
         if not near.x.size:
             return Look(k, *UNKNOWN, *estimates)
-        fitted, _ = local_probit(self._seen, x, reach, follow=False)
+        fitted, _ = local_probit(self.seen, x, reach, follow=False)
         if fitted is None:  # (as many motions as runs that fell, each counted once)
             n = np.unique(near.motion).size
             value = float(near.fell.mean())

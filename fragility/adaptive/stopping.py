@@ -17,14 +17,8 @@ LOOKS = 2
 CONFIRMING = 32
 CONFIRMING_SHARE = 0.2
 
-REACHED, MOST_MOTIONS, NO_MORE, NONE_FELL, ALL_FELL, MISFIT = (
-    "precision reached",
-    "most motions",
-    "no more motions",
-    "nothing overturned",
-    "everything overturned",
-    "misfit",
-)
+REACHED, MOST_MOTIONS, NO_MORE = "precision reached", "most motions", "no more motions"
+NONE_FELL, ALL_FELL, MISFIT = "nothing overturned", "everything overturned", "misfit"
 """Reasons to stop."""
 
 

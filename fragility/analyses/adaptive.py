@@ -30,7 +30,6 @@ from ..adaptive.sequential import RUNS, SequentialCurve, WavePlan, reached_so_fa
 from ..adaptive.stopping import motions_needed, next_wave
 from ..adaptive.until import RATE, Until, until_of
 from ..fitting.states import OVERTURNED, UPLIFTED, Slip, State, check_axes_of, flags_of, needed_output, state_name
-from ..hazard.curve import HazardCurve
 from ..runs.plan import refuse_endless_runs
 from ..runs.provenance import ADAPTIVE, AXES
 from ..runs.request import ENDS, Request, check_request
@@ -295,8 +294,6 @@ def _check_hazard(until: Until, scaled: Scaled) -> None:
         if until.target == RATE:
             raise ValueError("until rate needs a hazard curve (until hazard, a HazardCurve), got none")
         return
-    if not isinstance(hazard, HazardCurve):
-        raise TypeError(f"until hazard must be a HazardCurve, got {checks.kind(hazard)}")
     if until.target != RATE:
         raise ValueError(f"hazard is for until rate alone, got until {until.target}")
     check_hazard(hazard, scaled.name)

@@ -7,6 +7,7 @@ import json
 import math
 import threading
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future
 from itertools import product
 from typing import Any, NamedTuple, Self
 
@@ -227,9 +228,7 @@ class MeasuringThread:
         self._motions = _Motions(motions)
         self._screen = screen
         self._known = known
-        self._measured: MotionProperties | None = None
-        self._error: Exception | None = None
-        self._done = threading.Event()
+        self._measured: Future[MotionProperties] = Future()
         self._started = thread_count() > 1 and (screen or known is None)
         if self._started:
             threading.Thread(target=self._work, name="toppling-motions").start()
@@ -243,19 +242,13 @@ class MeasuringThread:
     def _work(self) -> None:
         try:
             measures = self._known or measure_variables(self._motions, RESULT_MEASURES)
-            self._measured = measures, Characteristics.of(self._motions) if self._screen else None
+            self._measured.set_result((measures, Characteristics.of(self._motions) if self._screen else None))
         except Exception as error:
-            self._error = error
-        self._done.set()
+            self._measured.set_exception(error)
 
     def result(self) -> MotionProperties:
         """Wait for the thread and return its result, or raise its error."""
-        if self._started:
-            with self:
-                self._done.wait()  # Python treats a thread with an interrupted join as ended, and exits
-        else:
+        if not self._started:
             self._work()
-        if self._error is not None:
-            raise self._error
-        assert self._measured is not None
-        return self._measured
+        with self:
+            return self._measured.result()  # Python treats a thread with an interrupted join as ended, and exits

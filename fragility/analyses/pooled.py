@@ -231,7 +231,5 @@ def checked_plan(
     most = source.most(goal)
     plan = PooledPlan(request, laws, scaled, source, most, domain, goal, blocks_per_motion, source.seed, hazard, varied)
     if hazard is not None:
-        if not isinstance(hazard, HazardCurve):
-            raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
         check_hazard(hazard, scaled.name)
     return plan

@@ -152,7 +152,8 @@ class PooledRuns:
 
     def _wave(self) -> None:
         plan = self.plan
-        wave = plan.source.wave(self._done, min(self._next(), plan.most - self._done))
+        wanted = min(law.next_wave for law in self.laws if not law.stopped)
+        wave = plan.source.wave(self._done, min(wanted, plan.most - self._done))
         self._take(wave)
         shares = self._design()
         going = [k for k, law in enumerate(self.laws) if not law.stopped]
@@ -170,10 +171,6 @@ class PooledRuns:
                 if self.laws[k].stopped == NO_MORE:
                     self.laws[k].stopped = MOST_MOTIONS
         self._tell()
-
-    def _next(self) -> int:
-        """Return the number of motions until the next look of any law that has not stopped."""
-        return min(law.next_wave for law in self.laws if not law.stopped)
 
     def _part(self, part: MotionWave, shares: Array, going: Sequence[int]) -> None:
         """Run blocks of their own under some motions of a wave."""

@@ -37,14 +37,12 @@ MIRRORED = {"slide_peak": "slide_peak", "slide_forward": "slide_backward", "slid
 SLIPS = tuple(MIRRORED)
 AFTER = ENDS[1]
 """Way of blocks that slide on when a motion ends."""
-TEXTS = {
-    **{name: OUTPUTS[name].attributes for name in (*SLIPS, TRIP_VELOCITY, "mode", FALLEN_OFF)},
-    TRIPS: OF_TRIPS,
-}
+TEXTS = {**{name: OUTPUTS[name].attributes for name in (*SLIPS, TRIP_VELOCITY, "mode", FALLEN_OFF)}, TRIPS: OF_TRIPS}
 """Attributes of the results."""
 SLIDES_ON = "slides_on"
 """Setting: the numbers of the motions at whose end blocks still slide."""
 OF_DRAWS = described("number of the coefficient of friction")
+OF_FRICTION = "static coefficient of friction"
 
 
 def slide_runs(
@@ -334,11 +332,7 @@ def _labelled(
         kept["motion"] = xr.Variable("motion", np.array(names, dtype=object), runs["motion"].attrs)
     variables = {
         **{name: (dims, on_runs(values), TEXTS[name]) for name, values in results.items()},
-        "friction": (
-            ("block", "motion"),
-            np.tile(coefficients, (1, motions)),
-            described("static coefficient of friction"),
-        ),
+        "friction": (("block", "motion"), np.tile(coefficients, (1, motions)), described(OF_FRICTION)),
     }
     sliding = {"friction": [contact.friction.description for contact in contacts], **settings}
     return xr.Dataset(

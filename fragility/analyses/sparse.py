@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,11 +16,14 @@ from ...models.outputs import OUTPUTS
 from ...motions.arrays import BOTH_AXES, motion_coordinates
 from ...motions.intensity.evaluation import measure_variables
 from ...motions.intensity.naming import GROUND, measure_named
+from ..adaptive.rate import weighted_samples
 from ..adaptive.sequential import SequentialCurve, account, half_width
 from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
+from ..fitting.bootstrap import draw_motions
+from ..fitting.states import OVERTURNED, State, flags_of, needed_output
 from ..runs.labels import OF_ACCOUNT, OF_DISPERSION, OF_MEDIAN, OF_STOP, depth_coordinate
-from ..runs.provenance import AXES, RUN, configuration_of
+from ..runs.provenance import AXES, RUN, clusters_of, configuration_of, curves_of
 from ..runs.request import Request, part_of
 from ..runs.scaling import BlockMeasure, name_at
 from ..surfaces.gain import gain_words
@@ -137,7 +140,7 @@ def with_estimates(
     # (of other answers the scatter of capacities does not say how many motions they take)
     offers = [gain_words(other_measures.labels, gain) if until.target == MEDIAN else "" for gain in gains]
     ratios = other_measures.variables(gains, ("block", "model"), shape)
-    estimated = runs.assign(curve_variables(curves, shape, runs["level"].attrs, offers, state))
+    estimated = runs.assign(curve_variables(curves, runs, offers, state))
     return (
         estimated.assign({str(name): variable.variable for name, variable in ratios.data_vars.items()})
         .assign_coords({str(name): coordinate.variable for name, coordinate in ratios.coords.items()})
@@ -165,67 +168,61 @@ def numbers(dim: str, n: int) -> dict[str, xr.Variable]:
 
 
 def curve_variables(
-    curves: Sequence[SequentialCurve],
-    shape: tuple[int, int],
-    level: Mapping[str, str],
-    offers: Sequence[str],
-    state: str | None = None,
+    curves: Sequence[SequentialCurve], runs: xr.Dataset, offers: Sequence[str], state: str | None = None
 ) -> dict[str, xr.Variable]:
     """Return the estimates of every curve, on (block, model), and the half width at every look.
 
     offers (curve,): clauses on better measures, empty if there is none. state: the name of a damage state other than
     overturning.
     """
-    dims = ("block", "model")
-    unit, measure = level["units"], level["long_name"]
+    unit, measure = (runs["level"].attrs[name] for name in ("units", "long_name"))
+    shape = runs.sizes["block"], runs.sizes["model"]
     of, half = ("overturning", "half overturn") if state is None else (state, f"half reach {state}")
 
-    def column(name: str, values: Sequence[Any], units: str, text: str) -> None:
-        array = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
-        variables[name] = xr.Variable(dims, array, described(text, units))
+    def interval(name: str, ends: Iterable[Sequence[float]], units: str, text: str) -> dict[str, Any]:
+        named = zip(ENDS, zip(*ends, strict=True), strict=True)
+        return {f"{name}{end}": (values, units, of_end(end, text, USUAL_CONFIDENCE)) for end, values in named}
 
-    def interval(name: str, ends: Sequence[tuple[float, float, float]], units: str, text: str) -> None:
-        for k, end in enumerate(ENDS):
-            column(f"{name}{end}", [of_ends[k] for of_ends in ends], units, of_end(end, text, USUAL_CONFIDENCE))
-
-    variables: dict[str, xr.Variable] = {}
     looks = [curve.looks[-1] for curve in curves]
     near = f"level at which {half}, from levels near it: {measure}"
-    interval("half_level", [_ends(look.local) for look in looks], unit, near)
-    through = f"{OF_MEDIAN}: {measure}"
-    interval("median", [_ends(look.curve) for look in looks], unit, through)
-    interval(
-        "dispersion",
-        [_ends(look.log_dispersion) for look in looks],
-        DIMENSIONLESS,
-        OF_DISPERSION,
-    )
+    columns = {
+        **interval("half_level", [_ends(look.local) for look in looks], unit, near),
+        **interval("median", [_ends(look.curve) for look in looks], unit, f"{OF_MEDIAN}: {measure}"),
+        **interval("dispersion", [_ends(look.log_dispersion) for look in looks], DIMENSIONLESS, OF_DISPERSION),
+    }
     target = curves[0].until.target
     asked = [(look.value, look.lower, look.upper) for look in looks]
     if target == RATE:
-        interval("rate", asked, PER_YEAR, f"annual rate of {of}, from weighted runs without a form of curve")
+        columns |= interval("rate", asked, PER_YEAR, f"annual rate of {of}, from weighted runs without a form of curve")
         fitted = [curve.fitted_rate() for curve in curves]
         rates = [math.nan if rate is None else rate.value for rate in fitted]
-        text = f"annual rate of {of}, of the lognormal curve through all runs"
-        column("rate_of_curve", rates, PER_YEAR, text)
         differ = [curve.rate_misfit() for curve in curves]
-        column("rate_misfit", differ, DIMENSIONLESS, "rate of the curve over that without one, less 1; 0 within error")
+        text = "rate of the curve over that without one, less 1; 0 within error"
+        columns |= {
+            "rate_of_curve": (rates, PER_YEAR, f"annual rate of {of}, of the lognormal curve through all runs"),
+            "rate_misfit": (differ, DIMENSIONLESS, text),
+        }
     if target == PROBABILITY:
-        interval("probability", asked, DIMENSIONLESS, f"probability of {of} at the level asked for")
+        columns |= interval("probability", asked, DIMENSIONLESS, f"probability of {of} at the level asked for")
     misfits = [math.expm1(-look.misfit) for look in looks]
-    column("misfit", misfits, DIMENSIONLESS, "median over half_level, less 1; 0 within twice its error")
-    column("motions_run", [look.motions for look in looks], DIMENSIONLESS, "motions that the block was run under")
-    width = "half width of the 95 % interval asked for, in the terms of until"
-    column("half_width", [half_width(curve, curve.looks[-1].ratio) for curve in curves], DIMENSIONLESS, width)
-    reasons = [reason_text(curve.stopped, state) for curve in curves]
-    column("stopped_because", reasons, DIMENSIONLESS, OF_STOP)
+    widths = [half_width(curve, look.ratio) for curve, look in zip(curves, looks, strict=True)]
     accounts = [
         "; ".join(part for part in (account(curve, state), offer) if part)
         for curve, offer in zip(curves, offers, strict=True)
     ]
-    column("account", accounts, DIMENSIONLESS, OF_ACCOUNT)
-    variables |= look_variables(curves, shape)
-    return variables
+    width = "half width of the 95 % interval asked for, in the terms of until"
+    columns |= {
+        "misfit": (misfits, DIMENSIONLESS, "median over half_level, less 1; 0 within twice its error"),
+        "motions_run": ([look.motions for look in looks], DIMENSIONLESS, "motions that the block was run under"),
+        "half_width": (widths, DIMENSIONLESS, width),
+        "stopped_because": ([reason_text(curve.stopped, state) for curve in curves], DIMENSIONLESS, OF_STOP),
+        "account": (accounts, DIMENSIONLESS, OF_ACCOUNT),
+    }
+    variables = {}
+    for name, (values, units, text) in columns.items():
+        array = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
+        variables[name] = xr.Variable(("block", "model"), array, described(text, units))
+    return variables | look_variables(curves, shape)
 
 
 def look_variables(curves: Sequence[SequentialCurve], shape: tuple[int, int]) -> dict[str, xr.Variable]:
@@ -248,3 +245,30 @@ def _ends(estimate: Any) -> tuple[float, float, float]:
         return (math.nan,) * 3
     value, reach = estimate.value, estimate.reach
     return math.exp(value), math.exp(value - reach), math.exp(min(value + reach, 700.0))
+
+
+def weighted_rate_samples(runs: xr.Dataset, replicates: int, seed: int = 0, state: State = OVERTURNED) -> xr.DataArray:
+    """Return the annual rates (block, model, replicate), 1/year, of replicates of runs whose levels a hazard drew.
+
+    The rate of a replicate is the mean over its motions of the weights of their runs that reached the state
+    (`fragility.adaptive.rate`), without a form of curve. A possible rate below the lowest falls is not in the
+    replicates, but in the interval of the rate itself. A replicate of the same seed draws the same motions as in
+    `fit_fragility`.
+    """
+    if "weight" not in runs or RUN not in runs["weight"].dims:
+        raise ValueError("rates without a form of curve need the weights of runs at adaptive levels, until a rate")
+    clusters = clusters_of(runs)
+    drawn = draw_motions((np.arange(clusters.max() + 1),), replicates, seed)
+    verdicts = runs[needed_output(state)].values
+    alpha = runs["alpha"].values if "alpha" in runs.coords else np.full(runs.sizes["block"], math.nan)
+    rates = np.empty((runs.sizes["block"], runs.sizes["model"], replicates))
+    for i, j, rows, motions in curves_of(runs):
+        fell = np.asarray(flags_of(verdicts[rows], state, float(alpha[i])), dtype=np.bool_)
+        rates[i, j] = weighted_samples(runs["weight"].values[rows], fell, clusters[motions], drawn)
+    text = "annual rate of each replicate, from weighted runs without a form of curve"
+    return xr.DataArray(
+        rates,
+        {"block": runs["block"].variable, "model": runs["model"].variable},
+        ("block", "model", "replicate"),
+        attrs=described(text, PER_YEAR),
+    )

@@ -29,6 +29,7 @@ from ...models.block_array import BlockArray
 from ..adaptive.stopping import REACHED, motions_needed
 from ..hazard.curve import HazardCurve
 from ..runs.labels import OF_ACCOUNT, OF_BLOCKS, OF_DISPERSION, OF_LAWS, OF_MEDIAN, OF_STOP, law_coordinates
+from ..runs.provenance import coordinates_on
 from ..surfaces.checks import Check, RatePlane
 from ..surfaces.domain import NARROW, Domain
 from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
@@ -102,7 +103,6 @@ def surface_dataset(
     plan: PooledPlan, runs: PooledRuns, known: Sequence[LawSurfaces], checked: Sequence[Check]
 ) -> xr.Dataset:
     """Return the surfaces, their checks and the runs as a dataset."""
-    none = {"units": DIMENSIONLESS}
     variables: dict[str, xr.Variable] = {}
     dims = {
         "middle": ("variable",),
@@ -113,7 +113,7 @@ def surface_dataset(
     }
     for name, dim in dims.items():
         text = f"region of the blocks in ln p, ln tan(alpha), inertia factor, and own e and ln delta: {name}"
-        variables[f"region_{name}"] = xr.Variable(dim, getattr(plan.domain, name), {**none, "long_name": text})
+        variables[f"region_{name}"] = xr.Variable(dim, getattr(plan.domain, name), described(text))
     for kind in ("near", "curve"):
         surfaces: list[Surface] = [getattr(surfaces, kind) for surfaces in known]
         most = max(len(surface.coefficients) for surface in surfaces)
@@ -127,48 +127,33 @@ def surface_dataset(
         for name, array, on, text in (
             ("coefficients", coefficients, ("model", term), f"of ln median, then of ln dispersion{spread}"),
             ("covariance", covariance, ("model", term, f"{term}_too"), "of the coefficients"),
-            (
-                "degrees",
-                [surface.degrees for surface in surfaces],
-                ("model", "degree_of"),
-                "of ln median, of ln dispersion",
-            ),
-            ("motions", [surface.motions for surface in surfaces], ("model",), "number of motions"),
+            ("degrees", [each.degrees for each in surfaces], ("model", "degree_of"), "of ln median, of ln dispersion"),
+            ("motions", [each.motions for each in surfaces], ("model",), "number of motions"),
         ):
             long_name = f"surface of {which}: {name} {text}" if name != "motions" else f"{text} of the surface"
-            variables[f"{kind}_{name}"] = xr.Variable(on, array, {**none, "long_name": long_name})
-
+            variables[f"{kind}_{name}"] = xr.Variable(on, array, described(long_name))
     variables |= _cut_variables([surfaces.near.cut for surfaces in known], plan.domain.size)
-
-    def of_laws(name: str, values: Sequence[Any], text: str) -> None:
-        kind = object if isinstance(values[0], str) else None
-        variables[name] = xr.Variable("model", np.array(values, dtype=kind), {**none, "long_name": text})
-
     reaches = [math.expm1(law.band().reach + surfaces.apart) for law, surfaces in zip(runs.laws, known, strict=True)]
-    of_laws(
-        "band_factor", [surfaces.factor for surfaces in known], "standard errors within which all medians lie at once"
-    )
-    of_laws(
-        "lack_of_fit", [math.expm1(surfaces.apart) for surfaces in known], "share by which checks differ beyond chance"
-    )
-    of_laws("check_p_value", [check.p_value for check in checked], "chance of differences as large as the check's")
-    of_laws("motions_run", [law.motions for law in runs.laws], "motions of the surface")
-    of_laws("half_width", reaches, "half width of the widest interval of a median, as a share")
-    of_laws("stopped_because", [law.stopped for law in runs.laws], OF_STOP)
     gains = [runs.others.gains(law.centred) for law in runs.laws]
     offers = [gain_words(runs.others.labels, gain) for gain in gains]
     accounts = [_account(plan, *parts) for parts in zip(runs.laws, known, checked, reaches, offers, strict=True)]
-    of_laws("account", accounts, OF_ACCOUNT)
+    of_laws: dict[str, tuple[list[Any], str]] = {
+        "band_factor": ([law.factor for law in known], "standard errors within which all medians lie at once"),
+        "lack_of_fit": ([math.expm1(law.apart) for law in known], "share by which checks differ beyond chance"),
+        "check_p_value": ([check.p_value for check in checked], "chance of differences as large as the check's"),
+        "motions_run": ([law.motions for law in runs.laws], "motions of the surface"),
+        "half_width": (reaches, "half width of the widest interval of a median, as a share"),
+        "stopped_because": ([law.stopped for law in runs.laws], OF_STOP),
+        "account": (accounts, OF_ACCOUNT),
+    }
+    for name, (values, text) in of_laws.items():
+        dtype = object if isinstance(values[0], str) else None
+        variables[name] = xr.Variable("model", np.array(values, dtype), described(text))
     if plan.hazard is not None:
         variables |= _rate_variables(known, plan.domain.size + 1)
     variables |= _check_variables(plan, checked) | _run_variables(plan, runs)
-    surfaces_found = xr.Dataset(variables, coords=_law_coordinates(plan), attrs=_attributes(plan, runs))
-    return surfaces_found.merge(runs.others.variables(gains, ("model",), (len(gains),)))
-
-
-def _attributes(plan: PooledPlan, runs: PooledRuns) -> dict[str, Any]:
-    """Return the attributes that curves of further blocks need."""
-    return {
+    # (curves of further blocks need them)
+    attributes = {
         "until": json.dumps(plan.until.describe()),
         "own": json.dumps(plan.varied),
         "power": plan.power,
@@ -176,6 +161,8 @@ def _attributes(plan: PooledPlan, runs: PooledRuns) -> dict[str, Any]:
         "level_name": runs.level_name,
         **({} if plan.hazard is None else {"hazard": json.dumps(plan.hazard.describe())}),
     }
+    surfaces_found = xr.Dataset(variables, coords=_law_coordinates(plan), attrs=attributes)
+    return surfaces_found.merge(runs.others.variables(gains, ("model",), (len(gains),)))
 
 
 def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Check, reach: float, offer: str) -> str:
@@ -367,9 +354,7 @@ def _curve_dataset(columns: BlockArray, laws: Sequence[Curves], surface: xr.Data
         for i, curves in enumerate(laws):
             values[:, i] = exp(curves[k]) if units == unit else curves[k]
         variables[name] = xr.Variable(("block", "model"), values, described(text, units))
-    of_laws = {
-        str(name): coordinate.variable for name, coordinate in surface.coords.items() if coordinate.dims == ("model",)
-    }
+    of_laws = {name: values for name, values in coordinates_on(surface, ("model",)).items() if values.dims}
     return xr.Dataset(variables, coords={**_block_columns(columns), **of_laws}, attrs=surface.attrs)
 
 

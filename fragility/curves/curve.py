@@ -15,7 +15,7 @@ from ...core.doubts import warn
 from ...core.elementary import Array, exp, log
 from ...core.units import DIMENSIONLESS, described
 from ..fitting.links import LINKS, LOGNORMAL
-from ..runs.provenance import load_coordinates
+from ..runs.provenance import coordinates_on, load_coordinates
 from ..validity.plausibility import level_doubts
 
 UPLIFT = "uplift-lognormal"
@@ -233,15 +233,6 @@ def _tabulated(curves: xr.Dataset, suffix: str) -> tuple[TabulatedCurves, tuple[
 def _ordered(dims: Any) -> tuple[str, ...]:
     names = [str(dim) for dim in dims]
     return (*(dim for dim in names if dim != "replicate"), *(dim for dim in names if dim == "replicate"))
-
-
-def coordinates_on(curves: xr.Dataset, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
-    """Return the coordinates of a dataset that lie on `dims` alone."""
-    return {
-        str(name): coordinate.variable
-        for name, coordinate in curves.coords.items()
-        if set(coordinate.dims) <= set(dims)
-    }
 
 
 def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.DataArray:

@@ -5,7 +5,7 @@ import xarray as xr
 
 from ...core.units import described
 from ..fitting.states import OVERTURNED, State, reached
-from ..runs.provenance import IDA, carried_attributes, design_of, motions_by_floor
+from ..runs.provenance import IDA, carried_attributes, coordinates_on, design_of, motions_by_floor
 
 
 def resurrections(ida: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
@@ -77,11 +77,10 @@ def _counts(flags: xr.DataArray) -> xr.Dataset:
     above[..., 1:, :] = np.logical_or.accumulate(fell, axis=-2)[..., :-1, :]
     stood = above & ~fell
     dims = flags.dims[:-2]
-    coords = {name: coordinate for name, coordinate in flags.coords.items() if set(coordinate.dims) <= set(dims)}
     counts = {
         "pairs": above.sum(axis=(-2, -1)),
         "stood": stood.sum(axis=(-2, -1)),
         "motions": above.any(axis=-2).sum(axis=-1),
         "motions_stood": stood.any(axis=-2).sum(axis=-1),
     }
-    return xr.Dataset({name: (dims, values) for name, values in counts.items()}, coords)
+    return xr.Dataset({name: (dims, values) for name, values in counts.items()}, coordinates_on(flags, dims))

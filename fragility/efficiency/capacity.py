@@ -16,7 +16,7 @@ from ...core.units import DIMENSIONLESS, variables as variables_on
 from ..fitting.first_overturning import SHIFT, brackets, level_shift, spacing_attributes
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..numerics.slabs import spread
-from ..runs.provenance import carried_attributes, intensity_of, level_measure, scaled_to_levels
+from ..runs.provenance import carried_attributes, coordinates_on, intensity_of, level_measure, scaled_to_levels
 
 
 class OrderedRuns(NamedTuple):
@@ -125,28 +125,19 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
     flags = ordered.overturned.values
     capacities = brackets(flags, levels)
     lower = np.where(np.isfinite(capacities.lower), capacities.lower, 0.0)
-    middle = np.sqrt(lower) * np.sqrt(capacities.upper)
     known = (lower > 0.0) & np.isfinite(capacities.upper)
+    capacity = np.where(known, np.sqrt(lower) * np.sqrt(capacities.upper), np.nan)
     dims = tuple(d for d in ordered.overturned.dims if d != "level")
-    shifts = np.reshape(
-        [level_shift(flags[where], levels) for where in np.ndindex(*flags.shape[:-2])], flags.shape[:-2]
-    )
+    shape = flags.shape[:-2]
+    shifts = np.reshape([level_shift(flags[where], levels) for where in np.ndindex(*shape)], shape)
     name = state_name(state)
     table = {
         "lower": (lower, ordered.units, f"highest level below the first {name}: {ordered.long_name}"),
         "upper": (capacities.upper, ordered.units, f"lowest level with {name}: {ordered.long_name}"),
-        "capacity": (
-            np.where(known, middle, np.nan),
-            ordered.units,
-            f"geometric mean of lower and upper: {ordered.long_name}",
-        ),
+        "capacity": (capacity, ordered.units, f"geometric mean of lower and upper: {ordered.long_name}"),
         "stood_above": (capacities.stood_above, DIMENSIONLESS, f"whether a level above is without {name}"),
     }
-    coords = {
-        name: coordinate
-        for name, coordinate in runs.coords.items()
-        if set(coordinate.dims) <= set(dims) and name != "intensity"
-    }
+    coords = {name: coordinate for name, coordinate in coordinates_on(runs, dims).items() if name != "intensity"}
     return xr.Dataset(
         {**variables_on(dims, table), "level_shift": (dims[:-1], shifts, SHIFT)},
         coords=coords,

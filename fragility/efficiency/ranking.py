@@ -20,6 +20,7 @@ from ..fitting.states import OVERTURNED, State, state_name
 from ..numerics.slabs import gathered, sizes_of
 from ..runs.provenance import (
     as_given,
+    coordinates_on,
     floor_names,
     load_coordinates,
     motions_by_floor,
@@ -214,14 +215,10 @@ class RankingOptions(NamedTuple):
     @property
     def described(self) -> dict[str, Any]:
         """Options as plain values, without the motions, which the runs determine."""
-        return {
-            "also": [measure if isinstance(measure, str) else measure.label for measure in self.also],
-            "state": state_name(self.state),
-            "least_demand": self.least_demand,
-            "replicates": self.replicates,
-            "confidence": self.confidence,
-            "seed": self.seed,
-        }
+        also = [measure if isinstance(measure, str) else measure.label for measure in self.also]
+        plain = {**self._asdict(), "also": also, "state": state_name(self.state)}
+        del plain["motions"]
+        return plain
 
 
 def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
@@ -398,21 +395,10 @@ def _summary(capacities: Brackets, rank: Index, labels: Sequence[str]) -> dict[s
 
 
 def _coordinates(runs: xr.Dataset, candidates: Sequence[Candidate]) -> dict[str, Any]:
-    dims = {"block", "model"}
     return {
-        **{
-            str(name): coordinate.variable
-            for name, coordinate in runs.coords.items()
-            if coordinate.dims and dims >= {*map(str, coordinate.dims)}
-        },
-        "measure": ("measure", *_texts([candidate.label for candidate in candidates], "intensity measure")),
-        "measure_units": ("measure", *_texts([candidate.units for candidate in candidates], "unit of the measure")),
-        "power": (
-            "measure",
-            *_column(np.array([candidate.power for candidate in candidates]), "power with which it grows"),
-        ),
-        "measure_long_name": (
-            "measure",
-            *_texts([candidate.long_name for candidate in candidates], "what the measure is"),
-        ),
+        **{name: values for name, values in coordinates_on(runs, ("block", "model")).items() if values.dims},
+        "measure": ("measure", *_texts([each.label for each in candidates], "intensity measure")),
+        "measure_units": ("measure", *_texts([each.units for each in candidates], "unit of the measure")),
+        "power": ("measure", *_column(np.array([each.power for each in candidates]), "power with which it grows")),
+        "measure_long_name": ("measure", *_texts([each.long_name for each in candidates], "what the measure is")),
     }

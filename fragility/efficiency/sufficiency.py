@@ -5,7 +5,6 @@ them as the hazard does.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -24,14 +23,6 @@ STEPS, SETTLED, STEEPEST = 60, 1e-9, 30.0
 """Maximum number of Newton steps, the step at which they end, and the slope beyond which data count as separated."""
 FEWEST = 10
 """Minimum number of runs of the rarer outcome per coefficient for a known slope (Peduzzi and others 1996)."""
-
-
-class Slopes(NamedTuple):
-    """Slopes of log odds per standard deviation (covariate,), their standard errors, and their number of runs."""
-
-    slope: Array
-    error: Array
-    runs: int
 
 
 def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = USUAL) -> xr.Dataset:
@@ -90,9 +81,7 @@ def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = U
     fell = runs["overturned"].transpose("block", "model", "motion").values
     blocks, models = fell.shape[:2]
     tests = [[slopes(residuals / spread, stripe, fell[i, j], clusters) for j in range(models)] for i in range(blocks)]
-    slope = np.array([[test.slope for test in row] for row in tests])
-    error = np.array([[test.error for test in row] for row in tests])
-    used = np.array([[test.runs for test in row] for row in tests])
+    slope, error, used = (np.array([[test[k] for test in row] for row in tests]) for k in range(3))
     of_odds = "change of the log odds of overturning per standard deviation of the covariate within stripes"
     dims = ("block", "model", "covariate")
 
@@ -160,10 +149,10 @@ def _means(values: Array, stripe: Index) -> Array:
     return np.asarray(sums / np.bincount(stripe)[:, None])
 
 
-def slopes(z: Array, stripe: Index, fell: Flags, clusters: Index) -> Slopes:
-    """Return the slopes of a logistic regression with an intercept for each stripe; NaN if they are not determined.
+def slopes(z: Array, stripe: Index, fell: Flags, clusters: Index) -> tuple[Array, Array, int]:
+    """Return the slopes (covariate,) of a logistic regression with an intercept a stripe, their errors, and its runs.
 
-    z (run, covariate); stripe, fell, clusters (run,).
+    z (run, covariate); stripe, fell, clusters (run,). Slopes and errors are NaN if they are not determined.
     """
     k = z.shape[1]
     unknown = np.full(k, np.nan)
@@ -171,7 +160,7 @@ def slopes(z: Array, stripe: Index, fell: Flags, clusters: Index) -> Slopes:
     mixed = ((falls > 0.0) & (falls < sizes))[stripe]
     n = int(mixed.sum())
     if min(int(fell[mixed].sum()), n - int(fell[mixed].sum())) < FEWEST * k:
-        return Slopes(unknown, unknown, n)
+        return unknown, unknown, n
     numbered = np.unique(stripe[mixed], return_inverse=True)[1]
     design = np.concatenate([np.eye(int(numbered.max()) + 1)[numbered], z[mixed]], axis=1)
     y = fell[mixed].astype(float)
@@ -182,12 +171,12 @@ def slopes(z: Array, stripe: Index, fell: Flags, clusters: Index) -> Slopes:
         try:
             step = solve(information, times(y - p, design))
         except np.linalg.LinAlgError:
-            return Slopes(unknown, unknown, n)
+            return unknown, unknown, n
         b = b + step
         if np.abs(step).max() < SETTLED:
             break
     if not np.all(np.isfinite(b)) or np.abs(b).max() > STEEPEST or np.abs(step).max() >= SETTLED:
-        return Slopes(unknown, unknown, n)
+        return unknown, unknown, n
     p = scipy.special.expit(times(design, b))
     bread = inverse(crossed(design * (p * (1.0 - p))[:, None], design))
     groups = np.unique(clusters[mixed], return_inverse=True)[1]
@@ -195,4 +184,4 @@ def slopes(z: Array, stripe: Index, fell: Flags, clusters: Index) -> Slopes:
     np.add.at(scores, groups, design * (y - p)[:, None])
     g = len(scores)
     covariance = times(times(bread, crossed(scores, scores)), bread) * (g / (g - 1.0))
-    return Slopes(b[-k:], np.sqrt(np.diag(covariance))[-k:], n)
+    return b[-k:], np.sqrt(np.diag(covariance))[-k:], n

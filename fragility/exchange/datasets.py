@@ -135,24 +135,21 @@ def curve_dataset(curves: CurveSet, source: str) -> xr.Dataset:
     if math.prod(shape) * levels > MAX_NUMBERS:
         sizes = " x ".join(f"{n} {dim}" for n, dim in zip((*shape, levels), (*curves.dims, "levels"), strict=True))
         raise ExchangeError(f"{source}: {sizes} are more than {MAX_NUMBERS:,} numbers")
-    positions = [{label: i for i, label in enumerate(axis)} for axis in axes]
-    rows: list[tuple[str, CurveRow] | None] = [None] * math.prod(shape)
+    by_labels: dict[tuple[str, ...], tuple[str, CurveRow]] = {}
     for name, curve in zip(curves.ids, curves.curves, strict=True):
-        at = 0
-        for position, label, size in zip(positions, curve.labels, shape, strict=True):
-            at = at * size + position[label]
-        if rows[at] is not None:
+        if curve.labels in by_labels:
             raise ExchangeError(f"{source}: holds the curve {' / '.join(curve.labels)!r:.100} twice")
         if curve.problem:
             raise ExchangeError(f"{source}: curve {name}: {curve.problem}")
-        rows[at] = (name, curve.with_reason())
+        by_labels[curve.labels] = name, curve.with_reason()
+    rows = [by_labels.get(labels, ("", CurveRow(labels, status=ABSENT))) for labels in itertools.product(*axes)]
     coords = _labels(curves.dims, axes)
     if curves.levels is not None:
         attributes = {"units": curves.units, "long_name": curves.long_name, "im": curves.im}
         coords["level"] = xr.Variable("level", curves.levels, attributes)
-    variables = _variables(curves, [None if row is None else row[1] for row in rows], shape)
+    variables = _variables(curves, [row for _, row in rows], shape)
     coords |= {name: variables.pop(name) for name in OF_THE_BLOCK if name in variables}
-    coords["id"] = _id_variable(curves.dims, ["" if row is None else row[0] for row in rows], shape)
+    coords["id"] = _id_variable(curves.dims, [name for name, _ in rows], shape)
     return xr.Dataset(
         variables,
         coords=coords,
@@ -167,7 +164,7 @@ def curve_dataset(curves: CurveSet, source: str) -> xr.Dataset:
     )
 
 
-def _variables(curves: CurveSet, rows: Sequence[CurveRow | None], shape: tuple[int, ...]) -> dict[str, xr.Variable]:
+def _variables(curves: CurveSet, rows: Sequence[CurveRow], shape: tuple[int, ...]) -> dict[str, xr.Variable]:
     """Return every variable of the rows, including the variables in `OF_THE_BLOCK`."""
     variables: dict[str, xr.Variable] = {}
 
@@ -179,35 +176,28 @@ def _variables(curves: CurveSet, rows: Sequence[CurveRow | None], shape: tuple[i
 
     if curves.levels is not None:
         nothing = np.full(curves.levels.size, np.nan)
-        table = [nothing if row is None or row.probability is None else row.probability for row in rows]
-        add("probability", table, DIMENSIONLESS, "probability of the limit state")
+        values = [nothing if row.probability is None else row.probability for row in rows]
+        add("probability", values, DIMENSIONLESS, "probability of the limit state")
     else:
-        parameters = [CurveParameters() if row is None else row.parameters for row in rows]
-        add("median", [parameter.median for parameter in parameters], curves.units, f"median {curves.long_name}")
         kind = "standard deviation of ln(capacity)" if curves.form in LINKED else "lognormal standard deviation"
-        text = f"{kind} of the fragility curve"
-        add("dispersion", [parameter.dispersion for parameter in parameters], DIMENSIONLESS, text)
-        if curves.form == UPLIFT:
-            add(
-                "uplift_median",
-                [parameter.uplift_median for parameter in parameters],
-                curves.units,
-                "median level of uplift",
-            )
-            text = "lognormal standard deviation of the uplift curve, 0 for a step"
-            add("uplift_dispersion", [parameter.uplift_dispersion for parameter in parameters], DIMENSIONLESS, text)
-    status = [ABSENT if row is None else row.status for row in rows]
-    add("status", status, DIMENSIONLESS, "ok, or why there is no curve", object)
-    estimated = [row is not None and row.estimated for row in rows]
-    add("converged", estimated, DIMENSIONLESS, "whether there is a curve", bool)
+        table = {
+            "median": (curves.units, f"median {curves.long_name}"),
+            "dispersion": (DIMENSIONLESS, f"{kind} of the fragility curve"),
+            "uplift_median": (curves.units, "median level of uplift"),
+            "uplift_dispersion": (DIMENSIONLESS, "lognormal standard deviation of the uplift curve, 0 for a step"),
+        }
+        for name in PARAMETERS if curves.form == UPLIFT else PARAMETERS[:2]:
+            add(name, [getattr(row.parameters, name) for row in rows], *table[name])
+    add("status", [row.status for row in rows], DIMENSIONLESS, "ok, or why there is no curve", object)
+    add("converged", [row.estimated for row in rows], DIMENSIONLESS, "whether there is a curve", bool)
     for name, (unit, text) in CURVE_NUMBERS.items():
-        numbers = [math.nan if row is None else row.numbers.get(name, math.nan) for row in rows]
+        numbers = [row.numbers.get(name, math.nan) for row in rows]
         if not all(map(math.isnan, numbers)):
             add(name, numbers, curves.units if unit == LEVEL else unit, text)
             if name in OF_THE_BLOCK:
                 variables[name] = _of_the_block(variables[name])
     for name, text in CURVE_WORDS.items():
-        texts = ["" if row is None else row.words.get(name, "") for row in rows]
+        texts = [row.words.get(name, "") for row in rows]
         if any(texts):
             add(name, texts, DIMENSIONLESS, text, object)
     return variables

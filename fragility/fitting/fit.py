@@ -272,7 +272,7 @@ def fitted_curves(
         columns.append(result)
         if progress is not None:
             progress(len(columns), len(samples))
-    return label_curves(columns, trials, options.fractiles, options.confidence, options.replicates)
+    return label_curves(columns, trials, options)
 
 
 def _with_shift(curves: xr.Dataset, data: xr.Dataset, trials: Trials, state: State) -> xr.Dataset:

@@ -23,8 +23,6 @@ Ends = tuple[float, float]
 
 WALD, PROFILE, BOOTSTRAP = "wald", "profile", "bootstrap"
 INTERVALS = (WALD, PROFILE, BOOTSTRAP)
-DISPERSION = None
-"""Selector of ln(dispersion), instead of a probability p that selects ln x of the fractile p."""
 
 
 @dataclass(frozen=True)
@@ -75,24 +73,11 @@ class LineFits(NamedTuple):
     clustered: bool
     ways: int = 1
 
-    def log_values(self, p: float | None) -> Array:
-        """Return ln x of the fractile p, or ln(dispersion), (replicate,)."""
-        return self.lines.log_dispersion if p is None else self.lines.log_fractile(p)
-
-    def log_variances(self, p: float | None) -> Array:
-        """Return the variances of `log_values`."""
-        return self._variances(p, self.covariance)
-
     def inflation(self, p: float | None) -> Array:
         """Return the variances over the variances of independent runs; 1 without a line or if it is penalised."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = self.log_variances(p) / self._variances(p, self.plain)
+            ratio = self.lines.log_variances(p, self.covariance) / self.lines.log_variances(p, self.plain)
         return np.where((ratio > 0.0) & np.isfinite(ratio), ratio, 1.0)
-
-    def _variances(self, p: float | None, covariance: Array) -> Array:
-        if p is None:
-            return self.lines.log_dispersion_variance(covariance)
-        return self.lines.log_fractile_variance(p, covariance)
 
 
 @dataclass(frozen=True)
@@ -119,6 +104,12 @@ class Estimate:
         """True if the estimate maximises the penalised likelihood."""
         return self.exists and bool(self.lines.penalised[0])
 
+    @property
+    def arguments(self) -> tuple[int, int, Array, Array, Array, bool]:
+        """The data of this fit alone as the kernels take them, and True if its likelihood is penalised."""
+        kind, code, z, failures, runs = self.fits.data.arguments(self.lines.link)
+        return kind, code, z, failures[0], runs[0], bool(self.lines.penalised[0])
+
     def interval_kind(self, asked: str) -> str:
         """Return the kind of interval that the data allow if `asked` is the requested kind.
 
@@ -129,11 +120,13 @@ class Estimate:
 
     def log_value(self, p: float | None) -> float:
         """Return ln x of the fractile p, or ln(dispersion)."""
-        return float(self.fits.log_values(p)[0]) if self.exists else math.nan
+        return float(self.lines.log_values(p)[0]) if self.exists else math.nan
 
     def log_error(self, p: float | None) -> float:
         """Return the standard error of `log_value`."""
-        return math.sqrt(max(self.fits.log_variances(p)[0], 0.0)) if self.exists else math.nan
+        if not self.exists:
+            return math.nan
+        return math.sqrt(max(self.lines.log_variances(p, self.fits.covariance)[0], 0.0))
 
     def log_interval(self, p: float | None, asked: str, confidence: float) -> Ends:
         """Return the interval of `log_value`, of the requested kind if the data allow it.
@@ -193,51 +186,36 @@ class Estimate:
         a, b = float(self.lines.a[0]), float(self.lines.b[0])
         at, free = (math.log(b), a) if p is None else ((eta - a) / b, b)
         roots = np.empty(lines.a.size)
-        engine.signed_roots(
-            data.kind,
-            lines.link.code,
-            data.z,
-            data.failures,
-            data.runs,
-            lines.table,
-            self.always_penalised,
-            what,
-            eta,
-            at,
-            free,
-            roots,
-        )
+        given = (lines.table, self.always_penalised, what, eta, at, free)
+        engine.signed_roots(*data.arguments(lines.link), *given, roots)
         return roots / np.sqrt(self.resampled.inflation(p))
 
     def _end(self, p: float | None, root: float) -> float:
         """Return the parameter of signed root `root`, on the kernel's scale; below the estimate for positive roots."""
         what, eta = self._target(p)
-        lines, data = self.lines, self.fits.data
-        return float(
-            engine.profile_end(
-                data.kind,
-                lines.link.code,
-                data.z,
-                data.failures[0],
-                data.runs[0],
-                bool(lines.penalised[0]),
-                what,
-                eta,
-                lines.a[0],
-                lines.b[0],
-                0.5 * root * root,
-                -1.0 if root > 0.0 else 1.0,
-            )
-        )
+        given = (what, eta, self.lines.a[0], self.lines.b[0], 0.5 * root * root, -1.0 if root > 0.0 else 1.0)
+        return float(engine.profile_end(*self.arguments, *given))
 
 
 def estimate(
     link: Link, sample: Sample, outcomes: Index | None, options: Options, drawn: ResampledData | None
 ) -> Estimate:
     """Fit one factor of a curve; `outcomes` is the outcome of each cell (None: intervals of first overturning)."""
+
+    def fits_of(data: FactorData, weights: Array | None, penalty: str, start: FittedLines | None = None) -> LineFits:
+        lines = fit_lines(link, data, penalty, start)
+        plain = covariance_of(lines, data)
+        if not sample.repeated or weights is None:
+            return LineFits(lines, data, plain, plain, False)
+        summed = covariance_of(lines, data, outcomes, sample.patterns, weights)
+        # separated data have at most one level with both outcomes, and there each motion counts once (or both ways,
+        # which may always agree)
+        alone = (lines.status == engine.SEPARATED)[:, None]
+        return LineFits(lines, data, np.where(alone, sample.ways * plain, summed), plain, True, sample.ways)
+
     data = data_of(sample.levels, sample.cells[None], outcomes)
     weights = None if sample.patterns is None else sample.resampled(np.ones((1, sample.patterns.of_cluster.size)))[0]
-    fits = _fits(link, sample, outcomes, data, weights, options.penalty, None)
+    fits = fits_of(data, weights, options.penalty)
     status = status_of(fits.lines, data, fits.covariance)
     always = PENALTIES[options.penalty] == engine.ALWAYS
     if drawn is None:
@@ -245,27 +223,7 @@ def estimate(
     # a separated replicate is penalised, whichever penalty the fit to the data has
     penalty = "auto" if options.penalty == "none" else options.penalty
     more = data_of(sample.levels, drawn.cells, outcomes, data)
-    return Estimate(fits, status, _fits(link, sample, outcomes, more, drawn.patterns, penalty, fits.lines), always)
-
-
-def _fits(
-    link: Link,
-    sample: Sample,
-    outcomes: Index | None,
-    data: FactorData,
-    weights: Array | None,
-    penalty: str,
-    start: FittedLines | None,
-) -> LineFits:
-    lines = fit_lines(link, data, penalty, start)
-    plain = covariance_of(lines, data)
-    if not sample.repeated or weights is None:
-        return LineFits(lines, data, plain, plain, False)
-    summed = covariance_of(lines, data, outcomes, sample.patterns, weights)
-    # separated data have at most one level with both outcomes, and there each motion counts once (or both ways, which
-    # may always agree)
-    alone = (lines.status == engine.SEPARATED)[:, None]
-    return LineFits(lines, data, np.where(alone, sample.ways * plain, summed), plain, True, sample.ways)
+    return Estimate(fits, status, fits_of(more, drawn.patterns, penalty, fits.lines), always)
 
 
 def median_bound(sample: Sample, confidence: float) -> Ends:

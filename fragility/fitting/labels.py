@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core.units import DIMENSIONLESS, ENDS, described, of_end
+from .intervals import Options
 from .trials import Trials
 
 LEVEL = "unit of the level"
@@ -46,19 +47,13 @@ _SUFFIXES = {"_se": "standard error of", "_sample": "bootstrap replicates of"}
 _DIMENSIONS = {"fractile": "fraction", "fraction_level": "fraction", "probability": "level", OBSERVED: "level"}
 
 
-def label_curves(
-    columns: Sequence[dict[str, Any]],
-    trials: Trials,
-    fractiles: Sequence[float],
-    confidence: float,
-    replicates: int | None,
-) -> xr.Dataset:
+def label_curves(columns: Sequence[dict[str, Any]], trials: Trials, options: Options) -> xr.Dataset:
     """Return the results of all curves as one dataset on their dimensions; NaN if a curve lacks a variable."""
     names = dict.fromkeys(name for column in columns for name in column)
     coords: dict[Any, Any] = dict(trials.coords)
-    if fractiles:
+    if options.fractiles:
         attributes = described("probability of overturning")
-        coords["fraction"] = xr.Variable("fraction", list(fractiles), attributes)
+        coords["fraction"] = xr.Variable("fraction", list(options.fractiles), attributes)
     levels = trials.samples[0].levels if trials.samples else np.empty(0)
     apart = any(not np.array_equal(sample.levels, levels) for sample in trials.samples)
     if apart or any(OBSERVED not in of_curve for of_curve in columns):
@@ -72,7 +67,7 @@ def label_curves(
         coords["level"] = xr.Variable("level", levels, {key: value for key, value in trials.level.items() if value})
     if any(name.endswith("_sample") for name in names):
         attributes = described("replicate of the bootstrap")
-        coords["replicate"] = xr.Variable("replicate", np.arange(replicates or 0), attributes)
+        coords["replicate"] = xr.Variable("replicate", np.arange(options.replicates), attributes)
     variables = {}
     for name in names:
         suffix = next((suffix for suffix in (*ENDS[1:], *_SUFFIXES) if name.endswith(suffix)), "")
@@ -85,14 +80,18 @@ def label_curves(
             dims.append("replicate")
         if base in _DIMENSIONS:
             dims.append(_DIMENSIONS[base])
-        if _DIMENSIONS.get(base) == "fraction" and not fractiles:
+        if _DIMENSIONS.get(base) == "fraction" and not options.fractiles:
             continue
         values = _column([column.get(name) for column in columns], trials.shape)
         if _DIMENSIONS.get(base) == "level":
             values = values[..., : coords["level"].size]
         if units == LEVEL:
             units, long_name = trials.level["units"], f"{long_name}: {trials.level['long_name']}"
-        text = f"{_SUFFIXES[suffix]}: {long_name}" if suffix in _SUFFIXES else of_end(suffix, long_name, confidence)
+        text = (
+            f"{_SUFFIXES[suffix]}: {long_name}"
+            if suffix in _SUFFIXES
+            else of_end(suffix, long_name, options.confidence)
+        )
         variables[name] = (tuple(dims), values, described(text, units))
     return xr.Dataset(variables, coords=coords)
 

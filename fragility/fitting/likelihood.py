@@ -50,6 +50,10 @@ class FactorData(NamedTuple):
         fell = np.cumsum(self.failures[0])[:-1] if self.kind == engine.INTERVAL else self.failures[0]
         return gap_between(self.x, fell < self.runs[0], fell > 0.0)
 
+    def arguments(self, link: Link) -> tuple[int, int, Array, Array, Array]:
+        """Return the data as the kernels take them, with the code of a link."""
+        return self.kind, link.code, self.z, self.failures, self.runs
+
 
 def data_of(levels: Array, cells: Array, outcomes: Index | None, like: FactorData | None = None) -> FactorData:
     """Return the data in cells (replicate, cell); `outcomes` is None if cells are intervals of first overturning.
@@ -108,29 +112,24 @@ class FittedLines:
         """True if the likelihood was penalised."""
         return self.table[:, engine.PENALISED] > 0.0
 
-    def log_fractile(self, p: float) -> Array:
-        """Return ln x at which the curve passes p."""
+    def log_values(self, p: float | None) -> Array:
+        """Return ln x at which the curve passes p; for None ln(dispersion), the standard deviation of ln(capacity)."""
+        if p is None:
+            return log(self.link.scale * self.width / self.b)
         return np.asarray(self.centre + self.width * (self.link.quantile(p) - self.a) / self.b)
-
-    @property
-    def log_dispersion(self) -> Array:
-        """Logarithm of the standard deviation of ln(capacity)."""
-        return log(self.link.scale * self.width / self.b)
 
     def probability(self, levels: Array) -> Array:
         """Return the curves (replicate, level) at levels (level,)."""
         z = (log(levels) - self.centre) / self.width
         return np.asarray(self.link.cumulative(self.a[:, None] + self.b[:, None] * z))
 
-    def log_fractile_variance(self, p: float, covariance: Array) -> Array:
-        """Return the variance of `log_fractile` from the covariance (replicate, 3) of (a, b)."""
+    def log_variances(self, p: float | None, covariance: Array) -> Array:
+        """Return the variances of `log_values` from the covariance (replicate, 3) of (a, b)."""
+        if p is None:
+            return covariance[:, 2] / self.b**2
         t = (self.link.quantile(p) - self.a) / self.b
         aa, ab, bb = covariance.T
         return np.asarray((self.width / self.b) ** 2 * (aa + 2.0 * t * ab + t**2 * bb))
-
-    def log_dispersion_variance(self, covariance: Array) -> Array:
-        """Return the variance of `log_dispersion`."""
-        return covariance[:, 2] / self.b**2
 
 
 def fit_lines(link: Link, data: FactorData, penalty: str, start: FittedLines | None = None) -> FittedLines:
@@ -139,7 +138,7 @@ def fit_lines(link: Link, data: FactorData, penalty: str, start: FittedLines | N
     guess = np.empty(0)
     if start is not None and np.isfinite(start.a[0]):
         guess = np.array([start.a[0], start.b[0]])
-    engine.fit_many(data.kind, link.code, data.z, data.failures, data.runs, PENALTIES[penalty], guess, table)
+    engine.fit_many(*data.arguments(link), PENALTIES[penalty], guess, table)
     return FittedLines(link, data.centre, data.width, table)
 
 
@@ -157,21 +156,10 @@ def covariance_of(
     """
     covariance = np.empty((lines.a.size, 3))
     none = np.empty(0, dtype=np.int64)
-    known = patterns is not None and weights is not None
-    engine.covariances(
-        data.kind,
-        lines.link.code,
-        data.z,
-        data.failures,
-        data.runs,
-        lines.table,
-        weights if weights is not None and known else np.empty((lines.a.size, 0)),
-        patterns.starts if patterns is not None else none,
-        patterns.cells if patterns is not None else none,
-        patterns.counts if patterns is not None else none,
-        none if outcomes is None else outcomes,
-        covariance,
-    )
+    if patterns is None or weights is None:
+        patterns, weights = Patterns(none, none, none, none), np.empty((lines.a.size, 0))
+    given = (lines.table, weights, *patterns[1:], none if outcomes is None else outcomes)
+    engine.covariances(*data.arguments(lines.link), *given, covariance)
     return covariance
 
 
@@ -180,8 +168,8 @@ def status_of(lines: FittedLines, data: FactorData, covariance: Array) -> str:
     word = STATUSES[lines.status[0]]
     if not np.isfinite(lines.a[0]):
         return word
-    log_median = float(lines.log_fractile(0.5)[0])
-    errors = (lines.log_fractile_variance(0.5, covariance)[0], lines.log_dispersion_variance(covariance)[0])
+    log_median = float(lines.log_values(0.5)[0])
+    errors = [lines.log_variances(p, covariance)[0] for p in (0.5, None)]
     used = data.x[data.runs[0] > 0.0]
     if not all(0.0 <= error < np.inf for error in errors) or not used[0] - FAR <= log_median <= used[-1] + FAR:
         return FLAT

@@ -26,6 +26,7 @@ from ..runs.provenance import (
     STRIPES,
     clusters_of,
     configuration_of,
+    coordinates_on,
     curves_of,
     design_of,
     levels_of_the_ground,
@@ -34,9 +35,6 @@ from ..runs.provenance import (
     number_of_motions,
 )
 from .states import OVERTURNED, UPLIFTED, State, flags_of, needed_output, reached, state_name
-
-DENSE = 4
-"""A table of counts is dense up to this many counts for each run of a slab."""
 
 
 class Patterns(NamedTuple):
@@ -50,33 +48,6 @@ class Patterns(NamedTuple):
     starts: Index
     cells: Index
     counts: Index
-
-
-class CellCounts:
-    """Counts of the runs of each cluster in each cell; keys are cluster * size + cell, increasing."""
-
-    def __init__(self, clusters: int, size: int) -> None:
-        self.size = size
-        self._dense = np.zeros(clusters * size if clusters * size <= DENSE * slabs.RUNS else 0, np.int64)
-        self._keys = np.empty(0, np.int64)
-        self._counts = np.empty(0, np.int64)
-
-    def add(self, keys: Index) -> None:
-        """Add further runs."""
-        if self._dense.size:
-            self._dense += np.bincount(keys, minlength=self._dense.size)
-            return
-        new, counts = np.unique(keys, return_counts=True)
-        self._keys, at = np.unique(np.concatenate([self._keys, new]), return_inverse=True)
-        counts = np.concatenate([self._counts, counts])
-        self._counts = np.zeros(self._keys.size, np.int64)
-        np.add.at(self._counts, at, counts)
-
-    @property
-    def entries(self) -> tuple[Index, Index]:
-        """Keys and counts of the cells with runs."""
-        keys = np.flatnonzero(self._dense) if self._dense.size else self._keys
-        return keys, self._dense[keys] if self._dense.size else self._counts
 
 
 class PatternTable:
@@ -227,7 +198,7 @@ class Trials:
 
     dims: tuple[Hashable, ...]
     shape: tuple[int, ...]
-    coords: dict[Hashable, xr.DataArray]
+    coords: dict[str, xr.Variable]
     attrs: dict[Hashable, Any]
     level: dict[str, str]
     design: str
@@ -325,7 +296,7 @@ def _trials_of_counts(data: xr.Dataset) -> Trials:
         np.add.at(cells[:, TOPPLED], where, fell)
         np.add.at(cells[:, STOOD], where, ran - fell)
         samples.append(Sample(levels, cells.ravel(), False, threshold, False, False, None))
-    coords = _curve_coordinates(data, dims)
+    coords = coordinates_on(data, dims)
     return Trials(dims, shape, coords, data.attrs, _level_attributes(data["level"]), "counts", (), tuple(samples))
 
 
@@ -361,9 +332,9 @@ def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Seque
             fell = flags.values[where]
             up = None if lifted is None else lifted.values[where]
             samples.append(_sample(fell, up, at, motions, clusters, thresholds[i], first)._replace(ways=ways))
-    coords = _curve_coordinates(data, dims)
+    coords = coordinates_on(data, dims)
     if floor is not None:
-        coords = {**coords, "floor": xr.DataArray(floor, dims="floor")}
+        coords["floor"] = xr.Variable("floor", floor)
         dims, shape = (*dims, "floor"), (*shape, len(groups))
     strata: tuple[Index, ...] = (np.arange(clusters.max() + 1),)
     if design == STRIPES:
@@ -428,7 +399,7 @@ def _trials_of_adaptive(data: xr.Dataset, first: bool, state: State, together: S
     return Trials(
         dims,
         shape,
-        _curve_coordinates(data, dims),
+        coordinates_on(data, dims),
         {**data.attrs, "state": state_name(state)},
         _level_attributes(data["level"]),
         design_of(data),
@@ -456,7 +427,7 @@ def _sample(
         within = np.flatnonzero((of_motion >= begin) & (of_motion < begin + step))
         if not within.size:
             continue
-        table = CellCounts(min(step, known.of_cluster.size - begin), size)
+        keys, counts = np.empty(0, np.int64), np.empty(0, np.int64)
         for part, lifts in _flag_slabs(fell, up, chosen[within]):
             if first:
                 rising = np.argsort(x, kind="stable")
@@ -465,12 +436,21 @@ def _sample(
             else:
                 state = np.where(part, TOPPLED, STOOD if lifts is None else np.where(lifts, ROCKED, STOOD))
                 cell = STATES * (where[:, None] if fell.ndim > 1 else where[within]) + state
-            table.add(np.broadcast_to(of_motion[within] - begin, cell.shape).ravel() * size + cell.ravel())
-        keys, counts = table.entries
+            new = np.broadcast_to(of_motion[within] - begin, cell.shape).ravel() * size + cell.ravel()
+            keys, counts = _with_counts(keys, counts, new)
         cells += np.bincount(keys % size, counts, size)
         known.add(begin + keys // size, keys % size, counts)
     repeated = bool(np.bincount(of_motion).max() * runs > 1)
     return Sample(levels, cells, first, threshold, up is not None, repeated, known.patterns)
+
+
+def _with_counts(keys: Index, counts: Index, new: Index) -> tuple[Index, Index]:
+    """Return increasing keys and their counts (key,) with new keys, of which several may be equal, added."""
+    distinct, further = np.unique(new, return_counts=True)
+    if not keys.size:
+        return distinct, further
+    every, at = np.unique(np.concatenate([keys, distinct]), return_inverse=True)
+    return every, np.bincount(at, np.concatenate([counts, further])).astype(np.int64)
 
 
 def _flag_slabs(fell: Flags, up: Flags | None, motions: Index) -> Iterator[tuple[Flags, Flags | None]]:
@@ -507,11 +487,6 @@ def _per_curve(values: xr.DataArray, dims: tuple[Hashable, ...], shape: tuple[in
     if not set(values.dims) <= set(dims):
         return [np.nan] * math.prod(shape)
     return [float(value) for value in slabs.spread(values, dict(zip(dims, shape, strict=True))).ravel()]
-
-
-def _curve_coordinates(data: xr.Dataset, dims: tuple[Hashable, ...]) -> dict[Hashable, xr.DataArray]:
-    """Return the coordinates that lie on the dimensions of the curves alone."""
-    return {name: coordinate for name, coordinate in data.coords.items() if set(coordinate.dims) <= set(dims)}
 
 
 def _level_attributes(x: xr.DataArray) -> dict[str, str]:

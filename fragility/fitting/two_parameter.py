@@ -6,8 +6,8 @@ import numpy as np
 
 from ...core.elementary import Array, Flags, Index, exp
 from .form import Columns, Form
-from .intervals import Estimate, LineFits, Options, ResampledData, estimate, median_bound, unlogged
-from .likelihood import data_of, fit_lines
+from .intervals import Estimate, Options, ResampledData, estimate, median_bound, unlogged
+from .likelihood import FittedLines, data_of, fit_lines
 from .links import LINKS, Link
 from .trials import OVERTURNING_OUTCOMES, Sample, outcomes_of
 
@@ -48,7 +48,7 @@ def _outcomes(sample: Sample) -> Index | None:
 def parameter_columns(line: Estimate, prefix: str, options: Options) -> Columns:
     """Columns of median and dispersion with standard errors, intervals and replicates; names begin with `prefix`."""
     columns: Columns = {}
-    lost = np.zeros(0) if line.resampled is None else _without_curve(line.resampled)
+    lost = np.zeros(0) if line.resampled is None else _without_curve(line.resampled.lines)
     for name, p in (("median", 0.5), ("dispersion", None)):
         lower, upper = line.log_interval(p, options.intervals, options.confidence)
         value = unlogged(line.log_value(p))
@@ -59,16 +59,16 @@ def parameter_columns(line: Estimate, prefix: str, options: Options) -> Columns:
             f"{prefix}{name}_upper": unlogged(upper),
         }
         if options.keep and line.resampled is not None:
-            columns[f"{prefix}{name}_sample"] = exp(np.where(lost, np.nan, line.resampled.log_values(p)))
+            columns[f"{prefix}{name}_sample"] = exp(np.where(lost, np.nan, line.resampled.lines.log_values(p)))
     if line.resampled is not None:
         columns[f"{prefix}penalised_replicates"] = int(line.resampled.lines.penalised.sum())
         columns[f"{prefix}failed_replicates"] = int(lost.sum())
     return columns
 
 
-def _without_curve(fits: LineFits) -> Flags:
+def _without_curve(lines: FittedLines) -> Flags:
     """True for replicates without a curve: no maximum, or one without a finite median or dispersion."""
-    median, dispersion = exp(fits.log_values(0.5)), exp(fits.log_values(None))
+    median, dispersion = (exp(lines.log_values(p)) for p in (0.5, None))
     return ~(np.isfinite(median) & (median > 0.0) & np.isfinite(dispersion))
 
 

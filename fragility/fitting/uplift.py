@@ -194,8 +194,8 @@ def _step_columns(step: UpliftStep, options: Options) -> Columns:
 def log_fractile(first: FittedLines, second: FittedLines, p: float) -> Array:
     """Return ln x at which products of lognormal curves pass p, (replicate,)."""
     # not before either factor passes p, nor after both pass its root
-    low = np.maximum(first.log_fractile(p), second.log_fractile(p))
-    high = np.maximum(first.log_fractile(math.sqrt(p)), second.log_fractile(math.sqrt(p)))
+    low = np.maximum(first.log_values(p), second.log_values(p))
+    high = np.maximum(first.log_values(math.sqrt(p)), second.log_values(math.sqrt(p)))
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         below = scipy.special.ndtr(_eta(first, middle)) * scipy.special.ndtr(_eta(second, middle)) < p
@@ -271,17 +271,12 @@ def _scratch(factor: Estimate) -> Array:
     return np.zeros((engine.SCRATCH, factor.fits.data.z.size))
 
 
-def _arguments(factor: Estimate) -> tuple[int, int, Array, Array, Array, bool]:
-    lines, data = factor.lines, factor.fits.data
-    return data.kind, lines.link.code, data.z, data.failures[0], data.runs[0], bool(lines.penalised[0])
-
-
 def _value(factor: Estimate) -> float:
-    kind, link, *data = _arguments(factor)
+    kind, link, *data = factor.arguments
     return float(engine.evaluate(kind, link, factor.lines.a[0], factor.lines.b[0], *data, _scratch(factor))[0])
 
 
 def _profile(factor: Estimate, t: float, eta: float, scratch: Array) -> float:
     """Return the largest log-likelihood of a factor whose line passes eta at ln x = t."""
     at, guess = (t - factor.lines.centre) / factor.lines.width, factor.lines.b[0]
-    return float(engine.profile(*_arguments(factor), engine.FRACTILE, eta, at, guess, engine.PRECISE, scratch)[0])
+    return float(engine.profile(*factor.arguments, engine.FRACTILE, eta, at, guess, engine.PRECISE, scratch)[0])

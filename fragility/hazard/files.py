@@ -10,7 +10,7 @@ from ...core.parameters import YEARS
 from ...motions.intensity.measure import Measure
 from ...motions.readers.lines import Lines, RecordError, as_key, is_blank, is_comment, lines_of
 from .curve import HazardCurve
-from .formats import MAP, OF_MEASURES, Site, one_measure, read_nshmp, read_openquake, read_plain, read_services
+from .formats import MAP, OF_MEASURES, Asked, Site, one_measure, read_nshmp, read_openquake, read_plain, read_services
 from .plausibility import point_off
 from .reading import MOST_LEVELS, OFF_CURVE, HazardError, measure_label, row_words
 
@@ -100,7 +100,7 @@ def read_hazard(
                 if units is not None or time is not None:
                     raise HazardError(f"{lines.file}: USGS services state units and rates, so neither may be given")
                 return read_services(lines, wanted, component)
-            curve = _table(lines, wanted, site, units, time)
+            curve = _table(lines, Asked(wanted, site, units, time))
         comments = (text for line in lines_of(lines.file) if (text := line.strip()).startswith("#"))
         off = point_off(curve, comments)
         return replace(curve, source=f"{curve.source} ({OFF_CURVE} {off})") if off else curve
@@ -109,7 +109,7 @@ def read_hazard(
         raise HazardError(message) from None
 
 
-def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: float | None) -> HazardCurve:
+def _table(lines: Lines, asked: Asked) -> HazardCurve:
     """Read any of the three kinds of CSV, distinguished by the line that names the columns."""
     for line in lines:
         if not is_blank(line) and not is_comment(line):
@@ -127,12 +127,10 @@ def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: f
     if "lon" in lowered and (re.match(r"\w*(?:hazard|quantile)_(?:map|uhs)", lines.file.name) or "~" in text):
         raise HazardError(f"{lines.file}: {MAP}")
     if "lon" in lowered and any(OF_MEASURES.fullmatch(name) and name[:4] != "poe-" for name in lowered):
-        im, lowered = one_measure(lines, lowered, im)
-        comment = f"{comment} imt='{im}'"
+        im, lowered = one_measure(lines, lowered, asked.im)
+        comment, asked = f"{comment} imt='{im}'", asked._replace(im=im)
     if any(name.startswith("poe-") for name in lowered):
-        return read_openquake(lines, comment, lowered, separator, im, site, units, years)
+        return read_openquake(lines, comment, lowered, separator, asked)
     if "lon" in lowered and "lat" in lowered:
-        return read_nshmp(lines, comment, lowered, separator, im, site, units, years)
-    if site is not None:
-        raise HazardError(f"{lines.file}: is a table of one site, so site must not be given, got {site!r:.40}")
-    return read_plain(lines, comment, names, separator, im, units, years)
+        return read_nshmp(lines, comment, lowered, separator, asked)
+    return read_plain(lines, comment, names, separator, asked)

@@ -175,10 +175,20 @@ _PLACE = re.compile(r"(?<![A-Za-z0-9])(?:PGA|PGV|PGD|CAV|SA\d{1,3}P\d{1,3}|SA\([
 _BRACKETS = re.compile(r"(?P<name>.{1,200}?)\s*[\[(](?P<unit>[^()\[\]]{1,40})[\])]\s*")
 
 
-def read_plain(
-    lines: Lines, comment: str, names: list[str], separator: str, im: str | None, units: str | None, years: float | None
-) -> HazardCurve:
+class Asked(NamedTuple):
+    """What a caller says of a table: measure, site, unit of the levels and years of probabilities, None if nothing."""
+
+    im: str | None
+    site: Site
+    units: str | None
+    years: float | None
+
+
+def read_plain(lines: Lines, comment: str, names: list[str], separator: str, asked: Asked) -> HazardCurve:
     """Read the rows of a plain table below its heading `names`: levels, and one or several columns of rates."""
+    im, site, units, years = asked
+    if site is not None:
+        raise HazardError(f"{lines.file}: is a table of one site, so site must not be given, got {site!r:.40}")
     label, unit = _measure_and_unit(lines, names[0])
     label = agreed_measure(lines, label, im)
     if (text := stated(lines, comment, "imt")) is not None:
@@ -425,17 +435,9 @@ class _SiteRow(NamedTuple):
     words: list[str]
 
 
-def read_openquake(
-    lines: Lines,
-    comment: str,
-    names: list[str],
-    separator: str,
-    im: str | None,
-    site: Site,
-    units: str | None,
-    years: float | None,
-) -> HazardCurve:
+def read_openquake(lines: Lines, comment: str, names: list[str], separator: str, asked: Asked) -> HazardCurve:
     """Read one site of an OpenQuake export of hazard curves; its comment and column names have been read."""
+    im, site, units, years = asked
     label, unnamed = _named_measure(lines, comment, im)
     time = stated(lines, comment, "investigation_time")
     if (time is None) == (years is None):
@@ -548,18 +550,11 @@ def _chosen(file: Path, held: Iterable[str], im: str | None) -> str:
     return label
 
 
-def read_nshmp(
-    lines: Lines,
-    comment: str,
-    names: list[str],
-    separator: str,
-    im: str | None,
-    site: Site,
-    units: str | None,
-    years: float | None,
-) -> HazardCurve:
+def read_nshmp(lines: Lines, comment: str, names: list[str], separator: str, asked: Asked) -> HazardCurve:
     """Read one site of nshmp-haz' curves.csv or total.csv; its comment and column names have been read."""
+    im, site, units, years = asked
     label, unnamed = _named_measure(lines, comment, im)
+    unit = units or unit_of_program(label)
     heading = lines.number
     columns = [at for at, name in enumerate(names) if re.fullmatch(r"[\d.][\d.eE+-]{0,30}", name)]
     extra = [name for at, name in enumerate(names) if at not in columns and name not in ("name", "lon", "lat", "vs30")]
@@ -569,19 +564,11 @@ def read_nshmp(
     levels = [lines.value(names[at], "a level", at=heading) for at in columns]
     quantity = Quantity("rate") if years is None else Quantity("probability", years)
     without = f"nshmp-haz' format{' without years' if years is None else ''}"
-    fractile, notes = _read_comments(lines, comment, label, units or unit_of_program(label), quantity, without)
+    fractile, notes = _read_comments(lines, comment, label, unit, quantity, without)
     row = _selected_site(lines, _sites(lines, names, columns, separator), site)
     rates = [rate_of_word(lines, word, quantity.kind, quantity, row.line) for word in row.words]
-    return curve_of(
-        lines.file,
-        label,
-        units or unit_of_program(label),
-        levels,
-        [rates],
-        None,
-        (f"nshmp-haz{unnamed}{notes}, {_site_text(row)}", quantity.text),
-        fractile,
-    )
+    read = f"nshmp-haz{unnamed}{notes}, {_site_text(row)}", quantity.text
+    return curve_of(lines.file, label, unit, levels, [rates], None, read, fractile)
 
 
 def _sites(lines: Lines, names: list[str], columns: list[int], separator: str) -> Iterator[_SiteRow]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,26 +62,19 @@ class Pieces(NamedTuple):
         rates = exp(self.log_at(piece, u))
         return np.where(u <= self.stop[-1], rates, np.where(np.isnan(u), np.nan, 0.0))
 
-    def some(self, which: Flags) -> Self:
+    def some(self, which: Flags) -> Pieces:
         """Return some of the pieces."""
         return self._taken(which, self.start[which], self.stop[which])
 
-    def split(self, points: Array) -> Self:
+    def split(self, points: Array) -> Pieces:
         """Return the same curve with its pieces split at all `points`."""
         inner = points[(points < self.stop[-1]) & np.isfinite(points)]
         stop = np.unique(np.concatenate([self.stop, inner]))
         return self._taken(self.find(stop), np.concatenate([[-np.inf], stop[:-1]]), stop)
 
-    def _taken(self, which: NDArray[Any], start: Array, stop: Array) -> Self:
+    def _taken(self, which: NDArray[Any], start: Array, stop: Array) -> Pieces:
         """Return pieces between other ends, with the laws of the given pieces."""
-        return self._replace(
-            start=start,
-            stop=stop,
-            reference=self.reference[which],
-            log_rate=self.log_rate[which],
-            slope=self.slope[which],
-            curvature=self.curvature[which],
-        )
+        return Pieces._make([start, stop, *(law[which] for law in self[2:6]), *self[6:]])
 
 
 def segment_slopes(log_levels: Array, log_rates: Array, curvature: float) -> Array:

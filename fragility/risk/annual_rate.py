@@ -23,7 +23,6 @@ from ..curves.curve import (
     CurveArrays,
     LognormalCurves,
     TabulatedCurves,
-    coordinates_on,
     curve_arrays,
     form_name,
     has_replicates,
@@ -32,11 +31,11 @@ from ..fitting.bootstrap import Percentiles, percentile_interval
 from ..fitting.labels import OBSERVED
 from ..fitting.links import LOGNORMAL
 from ..hazard.curve import HazardCurve
-from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND, HOLD, Pieces
+from ..hazard.pieces import EXTEND, HOLD, Pieces
 from ..hazard.plausibility import warn_of_hazards
 from ..hazard.poisson import probability_in
 from ..numerics.slabs import spread
-from ..runs.provenance import configuration_of
+from ..runs.provenance import configuration_of, coordinates_on
 from ..validity.limits import of_rates
 from .common_measure import in_hazard_measure
 from .convolution import contributions, rates_of
@@ -161,15 +160,11 @@ def annual_rate(
     >>> print(f"{risk['rate'].item():.12e} {risk['probability'].item():.5f}")
     5.912472244407e-04 0.02913
     """
-    if not isinstance(hazard, HazardCurve):
-        raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
     time = YEARS.number("years", years)
     level = CONFIDENCE.number("confidence", confidence)
-    checks.choice("below", below, BELOW_RULES)
-    checks.choice("above", above, ABOVE_RULES)
     checks.choice("outside", outside, OUTSIDE)
-    edges = _bin_edges(bins, hazard)
     arrays, dims = in_hazard_measure(curves, hazard)
+    edges = _bin_edges(bins, hazard)
     pieces = hazard.pieces(below, above)
     rates_at = rates_of(arrays, pieces[0], outside)
     share, mean, mode = _deaggregate(arrays, rates_at.rate, pieces[0], edges, outside)

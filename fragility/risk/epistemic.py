@@ -18,10 +18,11 @@ from ...core.elementary import Array, log, times
 from ...core.parameters import BETA_M, CHANCE, PART
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
-from ..curves.curve import REFUSE, CurveArrays, TabulatedCurves, coordinates_on, has_replicates
+from ..curves.curve import REFUSE, CurveArrays, TabulatedCurves, has_replicates
 from ..hazard.curve import HazardCurve
-from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND
+from ..hazard.pieces import EXTEND
 from ..hazard.plausibility import warn_of_hazards
+from ..runs.provenance import coordinates_on
 from .annual_rate import rates_alone
 from .common_measure import in_hazard_measure
 from .convolution import rates_of
@@ -107,8 +108,6 @@ def epistemic_rates(
     """
     beta = BETA_M.number("modelling_dispersion", modelling_dispersion)
     shares = [CHANCE.number("fractiles", fractile) for fractile in fractiles]
-    checks.choice("below", below, BELOW_RULES)
-    checks.choice("above", above, ABOVE_RULES)
     every = _checked(branches)
     warn_of_hazards(branch.hazard for branch in every)
     first, dims = every[0].curves, in_hazard_measure(every[0].curves, every[0].hazard)[1]
@@ -139,9 +138,10 @@ def epistemic_rates(
             **{name: coordinate for name, coordinate in coordinates_on(first, dims).items() if coordinate.dims},
             "fractile": _labelled("fractile", np.array(shares), "probability that the rate is lower"),
             "source": _labelled("source", np.array(SOURCES, object), "what spreads the rate"),
-            "branch_model": _labelled("branch", np.array([branch.model for branch in every], object), "model"),
-            "branch_motions": _labelled("branch", np.array([branch.motions for branch in every], object), "motions"),
-            "branch_hazard": _labelled("branch", np.array([branch.hazard_name for branch in every], object), "hazard"),
+            **{
+                f"branch_{part}": _labelled("branch", np.array(values, object), part)
+                for part, values in zip(("model", "motions", "hazard"), zip(*names, strict=True), strict=True)
+            },
             "branch_weight": _labelled("branch", weights, "weight of the branch"),
         },
         attrs={
@@ -224,9 +224,8 @@ def _sampled(branch: Branch, least: int) -> CurveArrays:
     if has_replicates(branch.curves):
         return in_hazard_measure(branch.curves, branch.hazard, True)[0]
     arrays = in_hazard_measure(branch.curves, branch.hazard)[0].flat()
-    if isinstance(
-        arrays, TabulatedCurves
-    ):  # (tabulated curves are never shifted by beta_m, so that one copy is enough)
+    # (tabulated curves are never shifted by beta_m, so that one copy is enough)
+    if isinstance(arrays, TabulatedCurves):
         return arrays._replace(values=arrays.values[:, None], shift=arrays.shift[:, None])
     return type(arrays)(*(np.repeat(part[:, None], least, axis=1) for part in arrays))
 
@@ -235,15 +234,8 @@ def _labelled(dim: str, values: Array, long_name: str) -> xr.Variable:
     return xr.Variable(dim, values, described(long_name))
 
 
-MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT = (
-    "models",
-    "motions",
-    "hazard",
-    "modelling",
-    "number of motions",
-    "together",
-)
-SOURCES = (MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT)
+SOURCES = ("models", "motions", "hazard", "modelling", "number of motions", "together")
+MODEL_ERROR, FINITE, JOINT = range(3, 6)
 """Sources of spread of a rate: branches of models, motions and hazards; beta_m; the finite number of motions; joint
 effects of branches.
 """
@@ -276,9 +268,8 @@ def fractiles_of(branches: Sequence[SampledRates], weights: Array, shares: Seque
         known = ~np.isnan(values)
         part = mass.copy()
         begin = 0
-        for branch, weight in zip(
-            branches, weights, strict=True
-        ):  # (a replicate may have no curve; its branch keeps its weight)
+        # (a replicate may have no curve; its branch keeps its weight)
+        for branch, weight in zip(branches, weights, strict=True):
             end = begin + branch.modelled[i].size
             held = part[begin:end][known[begin:end]].sum()
             part[begin:end] *= weight / held if held > 0.0 else np.nan
@@ -312,15 +303,15 @@ def shares_of_spread(names: Sequence[tuple[str, str, str]], branches: Sequence[S
         of = [np.array([cell[i] == name for cell in cells]) for name in kinds]
         main = np.stack([times(means[:, at], part[at]) / part[at].sum() for at in of], axis=1)
         out[:, i] = _variance(main, np.array([part[at].sum() for at in of]))
-    out[:, SOURCES.index(JOINT)] = np.maximum(between - out[:, :3].sum(axis=1), 0.0)
+    out[:, JOINT] = np.maximum(between - out[:, :3].sum(axis=1), 0.0)
     finite, both = np.zeros(means.shape[0]), np.zeros(means.shape[0])
     for rates, before, after, weight in zip(branches, plain, modelled, weights, strict=True):
         of_realisations = rates.weights / rates.weights.sum()
         finite += weight * times(_moments(before)[1], of_realisations)
         both += weight * times(_moments(after)[1], of_realisations)
-    out[:, SOURCES.index(FINITE)] = finite
+    out[:, FINITE] = finite
     # (replicates and beta_m are independent of each other)
-    out[:, SOURCES.index(MODEL_ERROR)] = np.maximum(both - finite, 0.0)
+    out[:, MODEL_ERROR] = np.maximum(both - finite, 0.0)
     whole = out.sum(axis=1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(np.isfinite(whole) & (whole > 0.0), out / whole, np.nan)

@@ -11,12 +11,11 @@ from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, Index, log
 from ...core.parameters import CHANCE, CONFIDENCE, USUAL_CONFIDENCE, USUAL_YEARS
 from ...core.units import DIMENSIONLESS, described, of_end, provenance
-from ..curves.curve import coordinates_on
 from ..fitting.bootstrap import percentile_interval
 from ..fitting.states import CROSSED, NO_RATE, OK, TOO_HIGH, TOO_LOW
 from ..hazard.poisson import IMPOSSIBLY_OFTEN, rate_from_probability
 from ..numerics.slabs import spread
-from ..runs.provenance import configuration_of
+from ..runs.provenance import configuration_of, coordinates_on
 
 SIZES = ("alpha", "R", "width", "height", "cm_height")
 """Coordinates of blocks along which rates can be solved."""

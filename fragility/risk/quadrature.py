@@ -43,11 +43,7 @@ _KNOTS = np.array([-REACH, -20.0, -12.0, -8.0, -5.0, -3.0, -1.5, 0.0, 1.5, 3.0, 
 
 
 def integrate(
-    function: Callable[[Array, Index], Array],
-    start: Array,
-    stop: Array,
-    owner: Index,
-    groups: Index,
+    function: Callable[[Array, Index], Array], start: Array, stop: Array, owner: Index, groups: Index
 ) -> Array:
     """Return integrals (integral,) of non-negative functions, each the sum of its panels, NaN if the function is.
 
@@ -145,13 +141,9 @@ def _support(curves: CurveArrays) -> tuple[Array, Array]:
     """Return the u at which P rises from 0 in double precision, and the u above which P is constant, (curve,) each."""
     if isinstance(curves, TabulatedCurves):
         return curves.log_levels[0] + curves.shift, curves.log_levels[-1] + curves.shift
-    low = np.maximum(
-        curves.log_median - REACH * curves.dispersion, curves.log_uplift - REACH * curves.uplift_dispersion
-    )
-    high = np.maximum(
-        curves.log_median + REACH * curves.dispersion, curves.log_uplift + REACH * curves.uplift_dispersion
-    )
-    return low, high
+    median, uplift = curves.log_median, curves.log_uplift
+    over, lift = REACH * curves.dispersion, REACH * curves.uplift_dispersion
+    return np.maximum(median - over, uplift - lift), np.maximum(median + over, uplift + lift)
 
 
 def _panels(curves: CurveArrays, pieces: Pieces, low: Array, high: Array) -> tuple[Array, Array, Index, Index]:

@@ -20,14 +20,7 @@ from ...models import Block
 from ...models.laws import Model, refuse_endless
 from ...models.oscillator import Oscillator, Stack
 from ...models.outputs import COLUMNS, OF_ENGINE, OUTPUTS
-from ...models.runs import (
-    ENOUGH_OF_ONE,
-    TALLY,
-    Specimen,
-    run_mixed,
-    run_specimens,
-    stacked,
-)
+from ...models.runs import ENOUGH_OF_ONE, TALLY, Specimen, run_mixed, run_specimens, stacked
 from ...models.sliding.law import PlaneSlider
 from ...motions.arrays import Record
 from .factors import BlockFactors, Factors, dense

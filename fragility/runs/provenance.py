@@ -65,6 +65,12 @@ def load_coordinates(data: xr.Dataset) -> None:
         variable.load()
 
 
+def coordinates_on(data: xr.Dataset | xr.DataArray, dims: Iterable[Hashable]) -> dict[str, xr.Variable]:
+    """Return the coordinates of data that lie on `dims` alone."""
+    on = {*dims}
+    return {str(name): coordinate.variable for name, coordinate in data.coords.items() if {*coordinate.dims} <= on}
+
+
 def levels_of_the_ground(data: xr.Dataset) -> bool:
     """Return True if levels refer to the ground motion below a floor (``im_at``) and not to the floor motion."""
     return bool(data.attrs.get("im_at", configuration_of(data).get("im_at")) == GROUND)

@@ -30,11 +30,6 @@ class Gain(NamedTuple):
     lower: float
     upper: float
 
-    @property
-    def is_worth_it(self) -> bool:
-        """True if levels in the other measure would surely take at most two thirds of the motions."""
-        return self.lower > WORTH
-
 
 UNKNOWN = Gain(math.nan, math.nan, math.nan)
 
@@ -84,7 +79,7 @@ def gain_words(labels: Sequence[str], gains: Sequence[Gain]) -> str:
     >>> gain_words(["pgv", "cav"], [Gain(4.0, 3.0, 5.3), Gain(1.1, 0.9, 1.4)])
     'levels in pgv would take 25 % of the motions or fewer (factor 4.0, 99 % interval 3.0–5.3)'
     """
-    worth = sorted((i for i, gain in enumerate(gains) if gain.is_worth_it), key=lambda i: -gains[i].lower)[:NAMED]
+    worth = sorted((i for i, gain in enumerate(gains) if gain.lower > WORTH), key=lambda i: -gains[i].lower)[:NAMED]
     shares = [
         f"in {labels[i]} would take {100.0 / gains[i].value:.0f} % of the motions or fewer (factor "
         f"{gains[i].value:.1f}, {100.0 * CONFIDENCE:g} % interval {gains[i].lower:.1f}–{gains[i].upper:.1f})"

@@ -64,13 +64,8 @@ class Band(NamedTuple):
         return self.error * self.factor
 
 
-class Surfaces(NamedTuple):
-    """Surfaces of a law: their degrees, their cut, the surface of all runs, and the surface near the medians."""
-
-    degrees: tuple[int, int]
-    cut: Cut | None
-    curve: Surface | None
-    near: Surface | None
+Surfaces = tuple[tuple[int, int], Cut | None, Surface | None, Surface | None]
+"""Surfaces of a law: their degrees, their cut, the surface of all runs, and the surface near the medians."""
 
 
 class PooledCurves:
@@ -297,7 +292,7 @@ class PooledCurves:
         self.degrees, self.cut, self.curve, self.near = surfaces
 
     def _surfaces(self) -> Surfaces:
-        return Surfaces(self.degrees, self.cut, self.curve, self.near)
+        return self.degrees, self.cut, self.curve, self.near
 
     def go_on(self) -> None:
         """Continue after a check that failed: the precision must be reached again."""

@@ -1,6 +1,7 @@
 """Uncertain block: every sample of its inputs is a block and a law; its response as a function of samples."""
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -184,22 +185,10 @@ def overturning_response(
     >>> response(inputs.sample(5)).dims
     ('sample', 'output')
     """
+    run = partial(uncertain_ida, inputs, block, model, motions, levels, im, ["overturned"], client)
 
     def response(samples: xr.Dataset) -> xr.DataArray:
-        runs = uncertain_ida(
-            inputs,
-            block,
-            model,
-            motions,
-            levels,
-            im,
-            ["overturned"],
-            client,
-            samples=samples,
-            ground=ground,
-            polarity=polarity,
-            progress=progress,
-        )
+        runs = run(samples=samples, ground=ground, polarity=polarity, progress=progress)
         counts = overturning_probability(runs)
         if "floor" in counts.dims:
             raise ValueError("motions must be of one floor, got several: an output for each needs a call for each")

@@ -8,15 +8,14 @@ from typing import Annotated, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.aliases import Array, Flags, Index, Progress
+from ...core.aliases import Array, Index, Progress
 from ...core.parameters import SHARE, Parameter, Seed, check
 from ...core.streams import key_of, stream
 from ...models import Block, Law
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
-from ...models.outputs import AXIS
 from ...motions.arrays import Record
-from ..runs.request import Request, collect, collect_about, runner_of, work_of
+from ..runs.request import Request, collect_about, runner_of, work_of
 from ..runs.runners import Workers
 from .distributions import Beta, Lognormal
 
@@ -179,44 +178,20 @@ def _beta(mean: float, sd: float, probability: float, block: Block) -> float:
     return float(law.quantile(np.array(probability)))
 
 
-def overturning_flags(
-    oscillators: Sequence[Oscillator],
-    motions: Sequence[Record],
-    factors: Array,
-    client: Workers = None,
-    progress: Progress | None = None,
-) -> Flags:
-    """Return flags (oscillator, level, motion) of all oscillators under the same scaled motions.
-
-    factors (1, level, motion), the same for all oscillators.  Bit-identical for any chunking and any number of workers.
-    """
-    request = Request([], [], ["overturned"], True, runner_of(client), progress, screen=False)
-    return np.asarray(
-        collect(work_of(oscillators, motions, factors, request), request.runner, progress).results["overturned"]
-    )
-
-
-def falls_of_axes(
+def outputs_of(
+    names: Sequence[str],
     oscillators: Sequence[Oscillator],
     across: Sequence[Oscillator] | None,
     motions: Sequence[Record],
     factors: Array,
     client: Workers = None,
     progress: Progress | None = None,
-    held: bool = False,
-) -> tuple[NDArray[np.int8], NDArray[np.int8] | None, Flags | None]:
-    """Return the side to which each run falls, the axis about which it falls first, and a flag for a broken restraint.
+) -> dict[str, NDArray[Any]]:
+    """Return outputs (oscillator, level, motion) of pieces under motions times factors (1, level, motion), by name.
 
-    All are (oscillator, level, motion). The side is 1 to the front of its axis and -1 to its back. The axis is 1 along
-    the width and 2 along the depth (the rules of `fragility.runs.axes.of_both`). Both are 0 without a fall.
     `oscillators` and `across` are of the same pieces along their width and depth; motions along the width have the
-    motions along the depth as companions. Axes are None without `across`, ruptures of restraints along the width unless
-    `held`.
+    motions along the depth as companions. Bit-identical for any chunking and any number of workers.
     """
-    runner = runner_of(client)
-    names = ["direction", *([] if across is None else [AXIS]), *(["ruptured"] if held else [])]
-    request = Request([], [], names, True, runner, progress, screen=False)
+    request = Request([], [], [*names], True, runner_of(client), progress, screen=False)
     work = work_of(oscillators, motions, factors, request)
-    results = collect_about(work, across, runner, progress).results
-    axes = None if across is None else np.asarray(results[AXIS])
-    return np.asarray(results["direction"]), axes, np.asarray(results["ruptured"]) if held else None
+    return collect_about(work, across, request.runner, progress).results

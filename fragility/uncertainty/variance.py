@@ -113,19 +113,13 @@ def variance_shares(
     }
     units = str(values.attrs.get("units", DIMENSIONLESS))
     squared = DIMENSIONLESS if units == DIMENSIONLESS else f"({units})2"
+    total_share, nested_share = (xr.concat(parts, factor, coords="minimal") / whole for parts in (taking_part, nested))
+    text = "share of the total variance"
     variables = {
         "variance": (variance, squared, "variance by component"),
-        "share": (variance / whole, DIMENSIONLESS, "share of the total variance by component"),
-        "total_share": (
-            xr.concat(taking_part, factor, coords="minimal") / whole,
-            DIMENSIONLESS,
-            "share of the total variance in which the factor takes part",
-        ),
-        "nested_share": (
-            xr.concat(nested, factor, coords="minimal") / whole,
-            DIMENSIONLESS,
-            "share of the total variance that the factor adds to those before it",
-        ),
+        "share": (variance / whole, DIMENSIONLESS, f"{text} by component"),
+        "total_share": (total_share, DIMENSIONLESS, f"{text} in which the factor takes part"),
+        "nested_share": (nested_share, DIMENSIONLESS, f"{text} that the factor adds to those before it"),
         "total_variance": (total, squared, "total variance"),
     }
     return xr.Dataset(

@@ -9,12 +9,13 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.units import HERTZ
+from ...core.units import HERTZ, described
 from ...core.wording import given_percent
 from ...motions.arrays import Record
 from ...motions.intensity.peaks import half_cycle_peaks
 from ...motions.intensity.spectra import BAND_SHARES, energy_band
-from .reasons import labelled
+
+OF_BAND = "frequency below which {} of the energy of the motion lie"
 
 
 class Characteristics(NamedTuple):
@@ -32,11 +33,7 @@ class Characteristics(NamedTuple):
         """Return the characteristics of motions."""
         bands = np.array([energy_band(record.acceleration, record.dt) for record in motions])
         low, high = (
-            labelled(
-                xr.Variable(("motion",), values),
-                f"frequency below which {given_percent(share)} of the energy of the motion lie",
-                HERTZ,
-            )
+            xr.Variable("motion", values, described(OF_BAND.format(given_percent(share)), HERTZ))
             for values, share in zip(bands.T, BAND_SHARES, strict=True)
         )
         peaks = (half_cycle_peaks(record.acceleration) for record in motions)
@@ -45,14 +42,8 @@ class Characteristics(NamedTuple):
     @classmethod
     def joined(cls, parts: Sequence[Characteristics]) -> Characteristics:
         """Return the characteristics of motions part after part."""
-        low, high = (
-            labelled(
-                xr.Variable("motion", np.concatenate([getattr(part, end).values for part in parts])),
-                str(getattr(parts[0], end).attrs["long_name"]),
-                HERTZ,
-            )
-            for end in ("low", "high")
-        )
+        ends = ([getattr(part, end) for part in parts] for end in ("low", "high"))
+        low, high = (xr.Variable.concat(of_parts, "motion") for of_parts in ends)  # type: ignore[no-untyped-call]
         return cls(low, high, [peaks for part in parts for peaks in part.rising])
 
     def part(self, motions: slice) -> Characteristics:

@@ -106,7 +106,7 @@ class ScreenInput(NamedTuple):
         """Return values of blocks, laws and motions for the runs of a table; unchanged for others."""
         if self.places is None:
             return values
-        return values.isel({dim: xr.Variable(RUN, at) for dim, at in self.places.items() if dim in values.dims})
+        return values.isel({dim: xr.Variable(RUN, at) for dim, at in self.places.items()}, missing_dims="ignore")
 
     @property
     def fewest_motions(self) -> int:
@@ -286,7 +286,8 @@ def _screen_slab(
     holds = {
         SQUAT: on_runs(variables["squat"]),
         **{reason: chance > 0.5 for reason, chance in chances.items()},
-        SCALED_FAR: far & on_runs(_own_amplitude(known)),
+        # (the amplitude of other motions is a parameter)
+        SCALED_FAR: far & on_runs(known["own_amplitude"].astype(bool)) if "own_amplitude" in known else far,
     }
     if given.lifted:
         holds[AIRBORNE] = leaves_floor(factor, on_runs(known[DOWNWARD]))
@@ -302,20 +303,15 @@ def _screen_slab(
     return variables, chances, holds
 
 
-def _outputs(runs: xr.Dataset) -> Iterator[str]:
-    """Names of the variables that have a value for every run."""
-    return (str(name) for name, variable in runs.data_vars.items() if {"block", "model", "motion"} <= {*variable.dims})
-
-
 def _dims(runs: xr.Dataset) -> tuple[str, ...]:
     """Dimensions of the runs in their usual order; TypeError if the dataset has no runs."""
-    output = next(_outputs(runs), None) if isinstance(runs, xr.Dataset) else None
+    variables = runs.data_vars.values() if isinstance(runs, xr.Dataset) else ()
+    output = next((each for each in variables if {"block", "model", "motion"} <= {*each.dims}), None)
     if output is None or not {*NEEDED} <= {*runs.coords}:
         raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
-    dims = {str(dim) for dim in runs[output].dims}
-    if not dims <= {*DIMS}:
-        raise ValueError(f"runs must be on block, model, motion and possibly level, got dims {runs[output].dims}")
-    return tuple(dim for dim in DIMS if dim in dims)
+    if not {*output.dims} <= {*DIMS}:
+        raise ValueError(f"runs must be on block, model, motion and possibly level, got dims {output.dims}")
+    return tuple(dim for dim in DIMS if dim in output.dims)
 
 
 def _elastic_frequency(known: Mapping[str, xr.Variable]) -> xr.Variable:
@@ -333,11 +329,3 @@ def _elastic_frequency(known: Mapping[str, xr.Variable]) -> xr.Variable:
     frequency = known["p"] * stiffness.copy(data=np.sqrt(stiffness.values)) / (2.0 * np.pi)
     frequencies: xr.Variable = xr.apply_ufunc(np.where, elastic, frequency, np.nan)
     return frequencies.transpose("block", "model")
-
-
-def _own_amplitude(known: Mapping[str, xr.Variable]) -> xr.Variable:
-    """True for motions (motion,) whose amplitude is their own and no parameter; for all if runs do not state it."""
-    if "own_amplitude" in known:
-        own_amplitude: xr.Variable = known["own_amplitude"].astype(bool)
-        return own_amplitude
-    return xr.Variable(("motion",), np.ones(known["pga"].sizes["motion"], np.bool_))

@@ -126,9 +126,8 @@ def sparse_screen(
         label, law = str(runs["block"].values[block]), str(runs["model"].values[model])
         raise ValueError(f"runs must hold runs of every block under every law, got none of {label} under {law}")
     properties, measured = known_coordinates(runs), level_measure(runs)
-    of_motion = measured.values.variable.isel(
-        {dim: xr.Variable(RUN, at) for dim, at in places.items() if dim in measured.values.dims}
-    )
+    at_runs = {dim: xr.Variable(RUN, at) for dim, at in places.items()}
+    of_motion = measured.values.variable.isel(at_runs, missing_dims="ignore")
     factors = ScaleFactors(xr.Variable(RUN, runs["level"].values), of_motion, measured.measure)
     given = ScreenInput({RUN: runs.sizes[RUN]}, properties, factors, places)
     flips = None

@@ -118,19 +118,18 @@ def over_samples(screened: xr.Dataset, block: Block) -> xr.Dataset:
         settings["friction"] = {block.label: next(iter(settings["friction"].values()))}
     elif settings["friction"] is not None:
         settings["friction"] = {block.label: settings["friction"][0]}
-    kept = {}
-    for name, variable in screened.data_vars.items():
-        if "block" not in variable.dims:
-            kept[name] = variable
-        elif name == "outside":
-            kept[name] = variable.mean("block")
-        elif not str(name).startswith("undecided"):
-            kept[name] = variable.min("block") if name == "scale_factor_lowest" else variable.max("block")
+    bare = screened.drop_vars([name for name in screened.coords if name != "reason"])
+    how = {"outside": "mean", "scale_factor_lowest": "min"}
+    kept = {
+        name: getattr(variable, how.get(str(name), "max"))("block") if "block" in variable.dims else variable
+        for name, variable in bare.data_vars.items()
+        if not str(name).startswith("undecided")
+    }
     ratio = block.h / block.b
     kept |= {"squat": xr.DataArray(ratio < SQUAT_RATIO), "friction_uplift": xr.DataArray(1.0 / ratio)}
     if "undecided" in screened:
         tested = settings["tested_runs"]
-        kept["undecided"] = screened["undecided"].mean("block")
+        kept["undecided"] = bare["undecided"].mean("block")
         ends = wilson_interval(np.rint(kept["undecided"].values * tested), np.full(kept["undecided"].shape, tested))
         for end, values in zip(("lower", "upper"), ends, strict=True):
             kept[f"undecided_{end}"] = kept["undecided"].copy(data=values)
@@ -140,7 +139,6 @@ def over_samples(screened: xr.Dataset, block: Block) -> xr.Dataset:
     variables = {}
     for name, quantity in kept.items():
         of_blocks = "block" in screened[name].dims
-        bare = quantity.drop_vars([coordinate for coordinate in quantity.coords if coordinate != "reason"])
-        variables[name] = (bare.expand_dims("block") if of_blocks else bare).assign_attrs(screened[name].attrs)
+        variables[name] = (quantity.expand_dims("block") if of_blocks else quantity).assign_attrs(screened[name].attrs)
     text = json.dumps(settings, ensure_ascii=False)
     return xr.Dataset(variables, {**label, "reason": screened["reason"]}, {"screen": text})

@@ -49,10 +49,9 @@ def undecided_variables(
     ends = [np.where(known, end, np.nan) for end in wilson_interval(flipped, n)]
     share = np.where(known, flipped / n, np.nan)
     text = "share of the flags tested that a millionth flips"
+    again = "whether the runs of the motion were run again, perturbed"
     return {
-        "perturbed": labelled(
-            xr.Variable("motion", perturbed), "whether the runs of the motion were run again, perturbed"
-        ),
+        "perturbed": labelled(xr.Variable("motion", perturbed), again),
         **{
             f"undecided{end}": labelled(xr.Variable(dims, values), of_end(end, text, USUAL_CONFIDENCE, "Wilson"))
             for end, values in zip(ENDS, (share, *ends), strict=True)

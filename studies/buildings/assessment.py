@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Array, Flags
@@ -28,13 +27,13 @@ from ...fragility.runs.runners import Runner, Workers
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling
 from ...fragility.uncertainty.joint import (
     Variability,
-    falls_of_axes,
     oscillators_of_pieces,
-    overturning_flags,
+    outputs_of,
     with_restitution,
 )
 from ...models import Block, Law, describe_block, describe_law
 from ...models.oscillator import Oscillator
+from ...models.outputs import AXIS
 from ...motions import Building
 from ...motions.floors.histories import FloorHistories
 from ...motions.intensity.measure import Measure
@@ -456,13 +455,11 @@ def _run(
             assert shaken is not None  # (there are runs)
             report = part_of(progress, done, total)
             motions, factors = shaken.motions[:: run.stands_for], shaken.factors[:, :, :: run.stands_for]
-            of_runs = motions, factors, runner, report
-            sided: NDArray[Any]
-            axes = ruptured = None
+            names = [OVERTURNED]
             if sides or run.across is not None:
-                sided, axes, ruptured = falls_of_axes(run.oscillators, run.across, *of_runs, held=RUPTURE in falls)
-            else:
-                sided = overturning_flags(run.oscillators, *of_runs)
+                names = ["direction", *([AXIS] * (run.across is not None)), *(["ruptured"] * (RUPTURE in falls))]
+            outputs = outputs_of(names, run.oscillators, run.across, motions, factors, runner, report)
+            sided, axes, ruptured = outputs[names[0]], outputs.get(AXIS), outputs.get("ruptured")
             for i, start in run.rows.items():
                 rows = slice(start, start + len(laws) * variants)
                 flags = sided[rows].reshape(len(laws), variants, shape[0], -1, 1)

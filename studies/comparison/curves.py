@@ -13,8 +13,8 @@ import xarray as xr
 from ...core.aliases import Array
 from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS, ENDS, PER_YEAR
+from ...fragility.analyses.sparse import weighted_rate_samples
 from ...fragility.analyses.surface_results import POOLED
-from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.curves.curve import UPLIFT
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS

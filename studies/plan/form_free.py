@@ -9,7 +9,7 @@ from ...core.facts import Fact
 from ...core.parameters import USUAL_CONFIDENCE
 from ...core.units import ENDS
 from ...core.wording import listed_name
-from ...fragility.analyses.weighted_rates import weighted_rate_samples
+from ...fragility.analyses.sparse import weighted_rate_samples
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ...models import Block

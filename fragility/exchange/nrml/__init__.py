@@ -1,1 +1,1 @@
-"""OpenQuake's fragility models (NRML 0.5), written and read."""
+"""OpenQuake's fragility models (NRML 0.5), written."""

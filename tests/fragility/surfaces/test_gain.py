@@ -10,7 +10,7 @@ from check_facts import numbers_in
 import toppling as tp
 from toppling.fragility import pooled
 from toppling.fragility.adaptive.probit import Observations
-from toppling.fragility.surfaces.gain import UNKNOWN, Gain, gain_words, measure_gain
+from toppling.fragility.surfaces.gain import UNKNOWN, WORTH, Gain, gain_words, measure_gain
 from toppling.models import BlockArray
 
 SCATTER, RATIOS = 0.2, 0.4
@@ -50,7 +50,7 @@ def test_what_tells_nothing_has_no_gain():
         measure_gain(runs, np.where(np.arange(ratios.size) == 3, -np.inf, ratios)),
     ):
         assert np.isnan(unknown).all()
-        assert not unknown.is_worth_it
+        assert not unknown.lower > WORTH
 
 
 def test_the_best_two_are_offered():

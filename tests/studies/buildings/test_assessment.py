@@ -80,7 +80,7 @@ def drawn():
 def known(monkeypatch, flags, inventory, levels, hazard=None, **options):
     """An assessment on the ground whose runs give these flags (oscillator, level, motion)."""
     flags = np.array(flags, bool)
-    monkeypatch.setattr(module, "overturning_flags", lambda oscillators, *_: flags[: len(oscillators)])
+    monkeypatch.setattr(module, "outputs_of", lambda _, pieces, *__: {"overturned": flags[: len(pieces)]})
     return assess(inventory, Assessment(LAW, shaking(flags.shape[2]), levels, "pga", None, hazard, **options))
 
 

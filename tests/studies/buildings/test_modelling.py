@@ -35,7 +35,7 @@ def assessed(monkeypatch, inventory, levels, hazard=None, run=None, factor=1.0, 
     """An assessment of pieces that fall from their known capacities on, times a factor."""
     run = levels if run is None else run
     flags = np.array([run[:, None] > factor * one for one in CAPACITIES])
-    monkeypatch.setattr(module, "overturning_flags", lambda oscillators, *_: flags[: len(oscillators)])
+    monkeypatch.setattr(module, "outputs_of", lambda _, pieces, *__: {"overturned": flags[: len(pieces)]})
     shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01, s0=0.05).sample(MOTIONS, seed=2)
     found = assess(inventory, Assessment(LAW, shaking, levels, "pga", None, hazard, **options))
     return found.isel(model=0)

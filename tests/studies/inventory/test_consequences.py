@@ -46,7 +46,7 @@ GROUND = tp.motions.CloughPenzien(duration=4.0, dt=0.02).sample(2, seed=1)
 def shaken(monkeypatch, flags, inventory=LAB, **options):
     """An assessment whose runs give these flags (oscillator, level, motion)."""
     flags = np.array(flags, bool)
-    monkeypatch.setattr(module, "overturning_flags", lambda oscillators, *_: flags[: len(oscillators)])
+    monkeypatch.setattr(module, "outputs_of", lambda _, pieces, *__: {"overturned": flags[: len(pieces)]})
     ground = tp.motions.CloughPenzien(duration=4.0, dt=0.02).sample(flags.shape[2], seed=1)
     return assess(
         inventory, Assessment(LAW, ground, LEVELS[: flags.shape[1]], "pga", None, HAZARD, replicates=100, **options)

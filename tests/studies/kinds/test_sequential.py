@@ -16,7 +16,7 @@ from toppling.fragility import Slip
 from toppling.fragility.adaptive.stopping import usual_motions
 from toppling.fragility.adaptive.until import Until
 from toppling.fragility.analyses import adaptive
-from toppling.fragility.analyses.weighted_rates import weighted_rate_samples
+from toppling.fragility.analyses.sparse import weighted_rate_samples
 from toppling.models import RandomSliding
 from toppling.models.friction import FixedFriction
 from toppling.studies.command.cli import main
