@@ -46,7 +46,7 @@ def sentences_of(facts: Iterable[Fact]) -> list[str]:
 
 def block_notes(blocks: Iterable[Block]) -> list[str]:
     """Return notes on the blocks alone, before anything is run: one or two sentences each."""
-    return sentences_of(block_facts(blocks))
+    return sentences_of(block_facts(checks.several("blocks", blocks, Block)))
 
 
 def block_facts(blocks: Iterable[Block]) -> list[Fact]:
