@@ -23,6 +23,12 @@ BOUNDS: dict[str, tuple[Callable[[Any, Any], Any], str]] = {
     "at_most": (operator.le, "<="),
 }
 """Bounds of numbers: their test on a number or an array, and their sign."""
+NUMERIC = {
+    *("width", "height", "cm_height", "alpha", "R", "p", "inertia_factor", "delta", "e", "level", "intensity"),
+    *("pga", "pgv", "pgd", "cav", "scale_factor", "overturnings", "peak_rotation"),
+    *("probability", "median", "dispersion", "rate"),
+}
+"""Names of labelled data that are numbers in all results."""
 NO_NUMBERS = (bool, np.bool_, np.timedelta64)
 """Types that Python or numpy count among whole numbers."""
 
@@ -79,8 +85,8 @@ def plain(name: str, data: Any) -> None:
             what = dtype if dtype.kind != "O" else "objects that are no text"
             raise TypeError(f"{key} of {name} must be flags, numbers of 32 or 64 bits, or text, got {what}: convert it")
         unit = array.attrs.get("units", "1")
-        if _spelled(str(unit)) != "1":
-            raise TypeError(f"{key} of {name} must be numbers (in {unit!s:.40}), got {'text' if text else 'dates'}")
+        if key in NUMERIC or _spelled(str(unit)) != "1":
+            raise TypeError(f"{key} of {name} must be numbers{_in(str(unit)[:40])}, got {'text' if text else 'dates'}")
 
 
 def _is_text(values: Any, label: bool) -> bool:
@@ -228,7 +234,7 @@ def stated_unit(name: str, values: Any, unit: str) -> None:
     """Raise ValueError if labelled values (xarray, pandas) state another unit than `unit`; '' accepts any."""
     attributes = getattr(values, "attrs", None)
     units = attributes.get("units", attributes.get("unit")) if isinstance(attributes, Mapping) else None
-    if unit and units not in (None, "") and _spelled(str(units)) != _spelled(unit):
+    if unit and units is not None and str(units) and _spelled(str(units)) != _spelled(unit):
         raise ValueError(f"{name} must be in {unit}, got units {units!r:.40}: convert the values, or correct units")
     title = getattr(values, "name", None)
     if unit == "m s-2" and isinstance(title, str) and _SLOWER.search(title):

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .wording import system_reason
+from .writing import refuse_pipe
 
 if TYPE_CHECKING:
     import netCDF4
@@ -176,6 +177,7 @@ def small_netcdf(path: Path) -> bytes | None:
     The HDF5 library ends its process if a disk fails to close a file, so that it opens small files in memory (larger
     files: `opened_netcdf`).
     """
+    refuse_pipe(path)
     with path.open("rb") as file:
         content = file.read(SMALL_NETCDF + 1)
     return content if content.startswith(b"\x89HDF") and len(content) <= SMALL_NETCDF else None

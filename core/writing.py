@@ -10,6 +10,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
+def refuse_pipe(path: Path) -> None:
+    """Raise OSError for a device or a pipe in the place of a file: opening it can wait for ever."""
+    stream = path.is_symlink() and os.readlink(path).startswith(("/dev/", "/proc/"))  # like /dev/stdout
+    if stream or (path.exists() and not path.is_file() and not path.is_dir()):
+        raise OSError(errno.EINVAL, "is a device or a pipe, no file", str(path))
+
+
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """Yield the name of an empty file next to `path` that replaces it when the block ends without an error.
@@ -19,9 +26,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     """
     if not path.name:
         raise IsADirectoryError(errno.EISDIR, "is a folder, no file", str(path))
-    stream = path.is_symlink() and os.readlink(path).startswith(("/dev/", "/proc/"))  # like /dev/stdout
-    if stream or (path.exists() and not path.is_file() and not path.is_dir()):
-        raise OSError(errno.EINVAL, "is a device or a pipe, no file", str(path))
+    refuse_pipe(path)
     # (a name of its own: two processes may write one file, and the last of them wins)
     temporary = path.with_name(f"{path.name}.toppling-{os.getpid()}-{threading.current_thread().ident}.part")
     temporary.unlink(missing_ok=True)

@@ -170,6 +170,7 @@ def from_array(
     for i, row in enumerate(values if n > 1 and values.shape[1] > FEW else ()):
         if row[0] < row[1] < row[-1] and np.ptp(rises := np.diff(row)) <= checks.UNIFORMITY * rises[0]:
             warn([Doubt.of("motion_of_times", row=i, rise=rises[0])])
+    checks.flag("recorded", recorded)
     if step >= LONG_STEP or (recorded and step < SHORT_STEP):
         warn([Doubt.of("time_step", step=step)])
     if labels is None:

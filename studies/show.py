@@ -47,15 +47,16 @@ def draw(results: xr.Dataset, folder: Path) -> list[Path]:
 
 def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path]:
     """Write figures as PNGs with their names; StudyError if that cannot be."""
-    from .plots.axes import settle  # noqa: PLC0415
+    from .plots.axes import defaults, settle  # noqa: PLC0415
 
     written = []
-    for name, figure in named:
-        path = folder / f"{name}.png"
-        settle(figure)
-        with writing(path), whole_file(path) as temporary:
-            figure.savefig(temporary, format="png", dpi=150)
-        written.append(path)
+    with defaults():
+        for name, figure in named:
+            path = folder / f"{name}.png"
+            settle(figure)
+            with writing(path), whole_file(path) as temporary:
+                figure.savefig(temporary, format="png", dpi=150)
+            written.append(path)
     return written
 
 

@@ -58,7 +58,7 @@ def ordered_runs(runs: xr.Dataset, state: State = OVERTURNED) -> OrderedRuns:
     checks.not_empty("runs", flags, "level")
     levels = intensity_of(runs)
     if "level" in flags.dims:
-        order = np.argsort(levels.values, kind="stable")
+        order = np.argsort(checks.numbers("levels", levels), kind="stable")
         levels = levels.isel(level=order)
     else:
         levels, order = levels.expand_dims("level", axis=-1), np.zeros(1, np.intp)

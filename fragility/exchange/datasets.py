@@ -237,7 +237,7 @@ def _form(curves: xr.Dataset) -> str:
     stated = curves.attrs.get("form")
     if stated is None:
         stated = UPLIFT if "uplift_median" in curves else LOGNORMAL
-    if stated not in FORMS:
+    if str(stated) not in FORMS:
         raise ValueError(f"form of curves must be one of {', '.join(FORMS)}, got {stated!r:.60}")
     needed = {UPLIFT: PARAMETERS, ISOTONIC: ("probability",)}.get(str(stated), PARAMETERS[:2])
     if not all(name in curves for name in needed):

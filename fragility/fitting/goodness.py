@@ -163,7 +163,7 @@ def compare_forms(
     >>> compare_forms(counts)["aic_difference"].round(2).values.tolist()
     [0.0, 1.25, 2.03]
     """
-    names = [form_named(form).name for form in forms]
+    names = [form_named(form).name for form in checks.sequence("forms", forms)]
     if not names or len(set(names)) != len(names):
         raise ValueError(f"forms must hold at least one form, each once, got {names}")
     fits: list[Any] = []

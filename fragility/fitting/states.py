@@ -138,6 +138,8 @@ def flags_of(values: Any, state: State, alpha: Any) -> Any:
 
     `values` and the slenderness of the blocks `alpha`, rad, are numpy or labelled arrays that go with each other.
     """
+    if values.dtype.kind not in "biuf":
+        raise TypeError(f"{needed_output(state)} of runs must be numbers, got {values.dtype}")
     if isinstance(state, Slip):
         if bool(np.isnan(values).any()):
             name = state_name(state)

@@ -58,5 +58,5 @@ def rate_from_probability(probability: Values, years: float = USUAL_YEARS) -> Va
 
 
 def _same(given: Any, values: Array) -> Any:
-    """Return labelled values as given, others as numbers."""
-    return given if isinstance(given, xr.DataArray) else values[()]
+    """Return the numbers, with the labels of labelled values."""
+    return given.copy(data=values) if isinstance(given, xr.DataArray) else values[()]

@@ -154,7 +154,7 @@ def epistemic_rates(
 
 
 def _checked(branches: Sequence[Branch]) -> list[Branch]:
-    every = list(branches)
+    every = checks.sequence("branches", branches)
     if not every:
         raise ValueError("branches must hold at least one, got none")
     for combination in every:

@@ -46,7 +46,7 @@ def sentences_of(facts: Iterable[Fact]) -> list[str]:
 
 def block_notes(blocks: Iterable[Block]) -> list[str]:
     """Return notes on the blocks alone, before anything is run: one or two sentences each."""
-    return sentences_of(block_facts(blocks))
+    return sentences_of(block_facts(checks.several("blocks", blocks, Block)))
 
 
 def block_facts(blocks: Iterable[Block]) -> list[Fact]:
@@ -90,7 +90,10 @@ def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
     4 motions give a probability of 1/2 within ±0.35 (95...%); 39 motions give ±0.15.
     Not modelled: vertical shaking, bouncing, and sliding.
     """
-    return sentences_of(screen_facts(screened, slides))
+    try:
+        return sentences_of(screen_facts(screened, slides))
+    except KeyError:
+        raise TypeError("notes need all variables and reasons that toppling.fragility.screen returns") from None
 
 
 def screen_facts(screened: xr.Dataset, slides: bool = False) -> list[Fact]:
@@ -99,14 +102,14 @@ def screen_facts(screened: xr.Dataset, slides: bool = False) -> list[Fact]:
         raise TypeError("notes need a dataset as toppling.fragility.screen returns it")
     checks.not_empty("screened runs", screened)
     settings = json.loads(screened.attrs["screen"])
-    labels = [str(label) for label in screened["block"].values]
-    facts = _squat(labels, 1.0 / screened["friction_uplift"].values, screened["squat"].values)
+    labels = [str(label) for label in np.atleast_1d(screened["block"].values)]
+    facts = _squat(labels, 1.0 / np.atleast_1d(screened["friction_uplift"]), screened["squat"].values)
     facts += _friction(screened, settings)
     facts += _shaking(screened, settings)
     if "undecided" in screened:
         facts.append(_undecided(screened, settings))
     if "round" in screened.coords and bool(screened["round"].any()):
-        facts.append(Fact("block.round", names=tuple(screened["block"].values[screened["round"].values].tolist())))
+        facts.append(Fact("block.round", names=tuple(np.array(labels)[np.atleast_1d(screened["round"])].tolist())))
     if about_both_axes(screened):
         facts.append(OF_THE_WIDTH)
     more = {"vertical": bool(settings.get("vertical", False)), "slides": slides}
@@ -211,12 +214,17 @@ def _undecided(screened: xr.Dataset, settings: dict[str, Any]) -> Fact:
 
 
 def _shares(screened: xr.Dataset, reason: Reason) -> xr.DataArray:
-    return screened["outside"].sel(reason=reason.name, drop=True)
+    return _on(screened["outside"], "reason").sel(reason=reason.name, drop=True)
+
+
+def _on(values: xr.DataArray, *dims: str) -> xr.DataArray:
+    """Return values on dimensions of which one label can be selected."""
+    return values.expand_dims([dim for dim in dims if dim not in values.dims])
 
 
 def _worst(shares: xr.DataArray, by: tuple[str, ...]) -> dict[str, Any]:
     """Return the blocks, laws or pairs with the largest shares, each after its share, and the number of the others."""
-    means = shares.mean([dim for dim in shares.dims if dim not in by]).transpose(*by)
+    means = _on(shares.mean([dim for dim in shares.dims if dim not in by]), *by).transpose(*by)
     flat = means.values.ravel()
     order = [int(i) for i in np.argsort(-flat, kind="stable") if flat[i] > 0.0]
     places = [np.unravel_index(i, means.shape) for i in order[:NAMED]]

@@ -85,7 +85,7 @@ class Building:
 
     def __post_init__(self) -> None:
         for name in ("periods", "damping", "shares", "heights"):
-            values = np.array(getattr(self, name), dtype=np.float64, order="C")
+            values = checks.numbers(name, getattr(self, name))
             values.flags.writeable = False
             object.__setattr__(self, name, values)
 

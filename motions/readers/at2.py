@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -147,4 +146,4 @@ def write_at2(motion: xr.DataArray, path: str | os.PathLike[str], title: str = "
         f"ACCELERATION TIME HISTORY IN UNITS OF G\nNPTS= {values.size:6d}, DT= {step} SEC"
     )
     with system_errors(RecordError, f"{path}: cannot be written"):
-        write_bytes(Path(path), f"{header}\n{body}\n".encode("ascii", "replace"))
+        write_bytes(checks.path(path), f"{header}\n{body}\n".encode("ascii", "replace"))

@@ -62,7 +62,7 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False, mode
             f"{path}: results of a performance study, which has no fragility curves: --format csv, xlsx or pelicun "
             "writes its pieces"
         )
-    tabulated = curves.attrs.get("form") in TABULATED and "probability" in curves
+    tabulated = str(curves.attrs.get("form")) in TABULATED and "probability" in curves
     if not tabulated and ("median" not in curves or "dispersion" not in curves):
         raise StudyError(f"{path}: holds no fragility curves (median and dispersion, or probability on level)")
     if not curves.attrs.get("im"):

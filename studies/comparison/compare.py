@@ -54,6 +54,7 @@ def compare(
     first: Path, second: Path, folder: Path, laws: tuple[str, str] | None = None, verify: bool = False
 ) -> Comparison:
     """Compare two results, under a law of each or all in common, and write table, figures and page into a folder."""
+    from ..plots.axes import defaults  # noqa: PLC0415
     from . import figures  # noqa: PLC0415 - matplotlib
 
     same = laws is not None and first.resolve() == second.resolve()
@@ -74,7 +75,8 @@ def compare(
             draw = partial(figures.of_curves, findings, curves, places, drawn_titles, sure)
         compared = _compared(a, b, findings, sure)
         page = _html_page((a, b), titles, compared, draw)
-        drawn = list(draw())
+        with defaults():
+            drawn = list(draw())
     with own_files(folder, "compare", NAMES):
         written = [
             write(folder / TABLE, csv_bytes(exported_lines(findings.lines, findings.quantities))),

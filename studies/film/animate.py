@@ -8,6 +8,7 @@ from pathlib import Path
 import xarray as xr
 
 from ...core import checks
+from ..plots.axes import defaults
 from ..text.histories import block_of
 from .frames import frames_of
 from .scene import PALETTE, Scene
@@ -83,6 +84,7 @@ def animate(
     frames = frames_of(response, speed=speed, fps=fps)
     block = block_of(response)
     with (
+        defaults(),
         closing(Scene(response, block, frames, pixels)) as scene,
         film(target, frames.fps, (pixels, pixels), PALETTE) as made,
     ):

@@ -77,6 +77,14 @@ def on_a_phone() -> Iterator[None]:
 
 
 @contextmanager
+def defaults() -> Iterator[None]:
+    """Draw and write files with matplotlib's defaults: a user's file of settings may need LaTeX, which fails late."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        yield
+
+
+@contextmanager
 def style() -> Iterator[None]:
     """Draw within this context, or a decorated function, with the look of all figures and text of 8 to 10 points."""
     size = 9.0 if has_room() else 8.0

@@ -154,7 +154,7 @@ def _is_cloud(results: xr.Dataset) -> bool:
 
 
 def _has_curves(results: xr.Dataset) -> bool:
-    tabulated = results.attrs.get("form") in TABULATED and "probability" in results
+    tabulated = str(results.attrs.get("form")) in TABULATED and "probability" in results
     return "median" in results or "curve_probability" in results or tabulated
 
 

@@ -80,7 +80,9 @@ def _plain(text: str) -> str:
 def _settings() -> Iterator[None]:
     import matplotlib as mpl  # noqa: PLC0415 - loads slowly
 
-    with mpl.rc_context({"svg.hashsalt": "toppling", "svg.fonttype": "path"}), warnings.catch_warnings():
+    from ..plots.axes import defaults  # noqa: PLC0415
+
+    with defaults(), mpl.rc_context({"svg.hashsalt": "toppling", "svg.fonttype": "path"}), warnings.catch_warnings():
         # (letters that the font lacks appear as boxes; the tables show the letters)
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
         warnings.filterwarnings("ignore", "constrained_layout not applied")

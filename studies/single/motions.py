@@ -200,6 +200,7 @@ def _over(ratios: xr.Dataset) -> dict[str, Any]:
     }
 
 
+@axes.defaults()
 def write_figures(
     motions: Sequence[xr.DataArray], folder: Path, damping: float = DAMPING, target: TargetSpectrum | None = None
 ) -> list[Path]:

@@ -414,8 +414,10 @@ class Simulation:
 
     def write(self, folder: Path) -> list[Path]:
         """Write history.csv and history.png into a folder, and remove the files and films of an earlier run."""
-        drawn = self.figure()
-        with writing(folder):
+        from ..plots.axes import defaults  # noqa: PLC0415 - matplotlib
+
+        with defaults(), writing(folder):
+            drawn = self.figure()
             folder.mkdir(parents=True, exist_ok=True)
             for name in (HISTORY, FIGURE, *FILMS):
                 (folder / name).unlink(missing_ok=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.wording import system_reason
+from ...core.writing import refuse_pipe
 from ..text.error import StudyError
 
 FOLDER = "shards"
@@ -33,6 +34,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     path = folder / FOLDER / MANIFEST
     refuse_link(folder / FOLDER)
     try:
+        refuse_pipe(path)
         manifest = json.loads(path.read_bytes().decode("utf-8"))
     except FileNotFoundError:
         return None

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.wording import system_errors, system_reason
+from ...core.writing import refuse_pipe
 from ...fragility.runs.factors import BlockFactors
 from ...fragility.runs.plan import Chunk, ChunkResult, Work
 from ...fragility.runs.runners import Runner
@@ -283,6 +284,7 @@ def _packed(work: Work, done: ChunkResult, key: str) -> memoryview:
 
 def _read(path: Path, key: str, work: Work, chunk: Chunk) -> ChunkResult:
     """Read a chunk from its shard, ValueError if damaged."""
+    refuse_pipe(path)
     content = path.read_bytes()
     name = NAME.fullmatch(path.name)
     if name is None or hashlib.sha256(content).hexdigest()[:16] != name[3]:

@@ -14,6 +14,7 @@ from types import FrameType
 import numpy as np
 
 from ...core.wording import part_text, whole_percent
+from ...core.writing import refuse_pipe
 from ...fragility.runs.plan import ChunkResult
 from ...models.runs import TALLY
 from ..text.error import writing
@@ -157,6 +158,7 @@ def run_log(folder: Path) -> Iterator[logging.Logger]:
     with writing(folder / LOG_NAME):
         if (folder / LOG_NAME).is_symlink():  # (the file that it points to must not be overwritten)
             (folder / LOG_NAME).unlink()
+        refuse_pipe(folder / LOG_NAME)
         handler = _LogFile(folder / LOG_NAME, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     log.addHandler(handler)

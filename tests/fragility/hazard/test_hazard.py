@@ -446,6 +446,14 @@ def test_return_periods_as_rates_are_doubted():
         tp.fragility.rate_from_probability(0.1, 1 / 475)
 
 
+@pytest.mark.parametrize("call", [tp.fragility.probability_in, tp.fragility.rate_from_probability])
+def test_rates_and_chances_of_lazy_arrays_and_of_objects(call):
+    """With their labels, as results opened in chunks have them."""
+    plain = xr.DataArray([0.01, 0.2], {"block": ["a", "b"]})
+    for given in (plain.chunk(), plain.astype(object)):
+        xr.testing.assert_identical(call(given), call(plain))
+
+
 def test_what_lies_above_is_not_held_below():
     with pytest.raises(ValidationError, match="hold"):
         hazard_table({"k0": 1e-4, "k": 2.5, "unit": "g", "below": "hold"})

@@ -12,6 +12,7 @@ from check_facts import check as check_of
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
 from toppling.core.facts import INVALID
+from toppling.fragility import notes, screen
 
 LEVELS = np.geomspace(1.0, 20.0, 6)
 SLENDER, LAW = tp.Block(0.4, 1.8, name="shelf"), tp.HousnerImpact()
@@ -114,6 +115,20 @@ def test_reasons_that_a_caller_has_selected(reasons):
     runs = tp.ida(SLENDER, LAW, shakes(20), LEVELS).isel(reason=reasons)
     runs["outside"] = runs["outside"] * 0.0 + 0.51
     assert len(told(lambda: tp.overturning_probability(runs))) == (3 if reasons == slice(None, None, -1) else 0)
+
+
+def test_notes_of_selected_blocks_laws_and_reasons():
+    """One block, law or run is one; what the notes need and lack is one sentence."""
+    blocks = [tp.Block(0.6, 0.9, name="squat"), tp.Block(0.3, 1.8, name="vase", round=True)]
+    whole = screen(tp.ida(blocks, [LAW, tp.EnergyConsistent()], shakes(20), LEVELS), shakes(20), friction=0.3)
+    for block, first in enumerate(("squat: the mass centre", "“vase” has a round base")):
+        for dims in ({}, {"model": 0}, {"model": 1, "level": 0, "motion": 0}):
+            sentences = notes(whole.isel(block=block, **dims))
+            assert sentences == notes(whole.isel(block=[block], **{dim: [i] for dim, i in dims.items()}))
+            assert any(sentence.startswith(first) for sentence in sentences)
+    for lacking in (whole.isel(reason=0), whole.drop_vars("squat"), whole.isel(block=0, drop=True)):
+        with pytest.raises(TypeError, match="notes need all variables and reasons"):
+            notes(lacking)
 
 
 def test_curves_without_a_fit_or_far_too_wide():

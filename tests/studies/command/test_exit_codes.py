@@ -15,6 +15,7 @@ import pytest
 from study_texts import crate_study
 
 from toppling.fragility.runs.cluster import ClusterError
+from toppling.motions import example_path
 from toppling.studies.command import cli, status
 from toppling.studies.kinds import study
 from toppling.studies.kinds.study import Study
@@ -167,6 +168,30 @@ def test_no_backend_of_figures_is_needed(tmp_path):
     done = command("run", "study.toml", "--out", "out", cwd=tmp_path, env={**os.environ, "MPLBACKEND": "bogus"})
     assert done.returncode == 0, done.stderr
     assert list((tmp_path / "out").glob("*.png"))
+
+
+@pytest.mark.slow
+def test_files_have_no_settings_of_a_users_matplotlib(tmp_path):
+    """Formulas in LaTeX fail where there is none, after all runs; other settings draw over words."""
+    for name, number in (("study", 3), ("other", 4)):
+        (tmp_path / f"{name}.toml").write_text(crate_study("Settings", number, 6, 0.02, 3), encoding="utf-8")
+    figures = ["fragility.png", "history.png", "histories.png", "animation.gif"]
+    commands = (
+        ("run", "study.toml", "--out", "out", "--fresh"),
+        ("report", "out"),
+        ("run", "other.toml", "--out", "other", "--fresh"),
+        ("compare", "out", "other", "--out", "out"),
+        ("simulate", "bookcase-5-shelf", "ricker", "--pga", "0.4g", "--period", "1s", "--animate", "--out", "out"),
+        ("motions", str(example_path()), "--out", "out"),
+    )
+    pictures = []
+    for settings in ("", "text.usetex: True\nsavefig.bbox: tight\nfont.size: 30\n"):
+        (tmp_path / "matplotlibrc").write_text(settings, encoding="utf-8")
+        for words in commands:
+            done = command(*words, cwd=tmp_path)
+            assert done.returncode == 0, (words, done.stderr)
+        pictures.append([(tmp_path / "out" / name).read_bytes() for name in figures])
+    assert pictures[0] == pictures[1]
 
 
 @pytest.mark.slow

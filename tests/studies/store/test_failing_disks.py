@@ -344,3 +344,17 @@ def test_a_new_study_on_a_full_disk(tmp_path, monkeypatch, capsys):
     assert re.search(r"new/records/simulated-01\.AT2: .*\(No space", error)
     assert len(error.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
+@pytest.mark.parametrize("name", ["results.nc", "run.log", "shards/manifest.json"])
+def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(folder, capsys, name):
+    """Nobody may ever write into it."""
+    pipe = folder / "out" / name
+    pipe.parent.mkdir(parents=True)
+    os.mkfifo(pipe)
+    assert main(["run", "study.toml", "--out", "out"]) == 2
+    assert main(["status", "out"]) == (0 if name == "run.log" else 2)
+    for line in capsys.readouterr().err.splitlines():
+        assert line.startswith(f"toppling: out/{name}: ")
+        assert line.endswith("(is a device or a pipe, no file)")
