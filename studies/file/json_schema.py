@@ -13,6 +13,7 @@ from .include import INCLUDE, tables_of
 from .schema import ANALYSES, StudyFile
 from .table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, sentences_of, suffix_of
 
+BOUNDS = ("minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum")
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
@@ -81,8 +82,12 @@ def _property(made: dict[str, Any], key: str, field: FieldInfo) -> dict[str, Any
     plain = {name: value for name, value in made.items() if name not in {"title", "anyOf", "default"}}
     types = [kind for kind in made.get("anyOf", []) if kind != {"type": "null"}]
     plain |= types[0] if len(types) == 1 else {"anyOf": types} if types else {}
+    numbers = list(_numbers(plain))
+    for number in numbers:  # (equal bounds of two keys are one object: 0 or 0.0, whichever was loaded first)
+        kind = {"number": float, "integer": int}[number["type"]]
+        number |= {name: kind(number[name]) for name in BOUNDS if name in number}
     unit = unit_of(key, field)
-    if unit or any(number["type"] == "number" for number in _numbers(plain)):
+    if unit or any(number["type"] == "number" for number in numbers):
         plain["unit"] = unit or "1"
     default = made.get("default") if about.default is None else about.default
     if default is None:

@@ -2,17 +2,18 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import xarray as xr
 
 from ...core.aliases import Progress
-from ...core.facts import Fact, doubted
+from ...core.facts import doubted, stored
 from ...core.units import ENDS
 from ...core.wording import counted
 from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
+from ...fragility.fitting.states import state_name
 from ...fragility.risk.modelling import range_of_half_levels
 from ...fragility.runs.runners import Runner
 from ...fragility.validity.notes import screen_facts
@@ -28,7 +29,7 @@ from ..plan.slides import in_plane, slide_notes
 from ..text.axes import axis_notes
 from ..text.one_side import uplift_notes
 from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
-from .fragility import FragilityStudy, median_doubts
+from .fragility import FragilityStudy, Rated, median_doubts
 from .study import Expected, perturbed_words
 
 OF_ANALYSIS = ("dispersion", "rate", "probability")
@@ -102,40 +103,50 @@ class SequentialStudy(FragilityStudy):
 
     def _rated(
         self, risk: Risk, curves: xr.Dataset, results: xr.Dataset, client: Runner, progress: Progress | None
-    ) -> tuple[xr.Dataset, list[Fact]]:
+    ) -> Rated:
         """Return the rates of fitted curves; until a rate, the rates without a form, with the fitted rates."""
-        rates, facts = super()._rated(risk, curves, results, client, progress)
+        fitted = super()._rated(risk, curves, results, client, progress)
         if self.design.until.target != RATE:
-            return rates, facts
+            return fitted
         factor = modelling_factor(curves, risk, self.fit)
-        variables, of_runs = form_free(rates.data_vars, results, factor, risk, self.fit, self.blocks)
-        return rates.assign(variables), [*of_runs, *facts]
+        variables, facts = form_free(fitted.variables, results, factor, risk, self.fit, self.blocks)
+        return fitted._replace(variables=variables, notes=[*facts, *fitted.notes])
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         design = self.design if self.slides is None else self.design.keeping
         runs = design.run(self.blocks, self.models, self.kept_outputs, client, progress)
         curves = self.fit.curves(runs, self.risk is not None, telling=client.tell)
-        parts: list[xr.Dataset] = []
+        variables: dict[Any, Any] = {}
+        attributes = self._fit_attributes(curves)
         facts = [*axis_notes(runs), *self.fit.notes(curves, runs), *precision_notes(runs), *measure_notes(runs)]
         facts += uplift_notes(self.blocks, self.models, self.fit.state, self.fit.form)
-        falls: dict[str, xr.DataArray] = {}
+        coordinates: dict[Any, Any] = {}
         if self.risk is not None:
-            rates, of_rates = self._rated(self.risk, curves, runs, client, progress)
-            parts.append(rates)
-            falls["rate"] = rates["rate"]
-            facts += of_rates
+            rated = self._rated(self.risk, curves, runs, client, progress)
+            variables |= rated.variables
+            coordinates |= rated.coordinates
+            attributes |= rated.attributes
+            facts += rated.notes
         units, medians = str(runs["level"].attrs["units"]), runs["half_level"].values
         if self.slides is not None:
+            falls = {"rate": variables["rate"]} if "rate" in variables else {}
             slid, noted = adaptive_slides(self.slides, design, self.blocks, self.fit, self.risk, falls, units, client)
-            parts.append(slid)
+            variables |= {name: variable.variable for name, variable in slid.data_vars.items()}
+            coordinates["slip"] = slid["slip"]
             medians = np.append(medians, slid[SLIP_HALF].values)
             exact = self.slides.exact(self.blocks)
             facts += [*noted, *slide_notes(slid, self.blocks, exact, plane=in_plane(runs))]
         facts += [*doubted(median_doubts(medians, units)), *screen_facts(runs, self.slides is not None)]
-        kept = without_replicates(curves).drop_vars(OF_FIT).drop_attrs(deep=False)
-        parts.append(kept.assign(range_of_half_levels(runs, self.fit.modelling_dispersion)))
+        variables |= without_replicates(curves).drop_vars(OF_FIT).data_vars
+        variables |= range_of_half_levels(runs, self.fit.modelling_dispersion)
         names = [f"{name}{end}" for name in OF_ANALYSIS for end in ENDS]
         renamed = runs.rename({name: f"{SEQUENTIAL}{name}" for name in names if name in runs})
         # (figures and sentences take the axis of runs that have no common levels from there, as of a cloud)
         renamed = renamed.assign_coords(intensity=renamed["level"].variable)
-        return self._with_curves(renamed, curves, parts, facts)
+        return (
+            renamed.assign_coords(coordinates)
+            .assign(variables)
+            .assign_attrs(
+                **attributes, confidence=self.fit.confidence, state=state_name(self.fit.state), notes=stored(facts)
+            )
+        )

@@ -150,8 +150,8 @@ def ranked(runs: xr.Dataset, motions: Any, also: tuple[str, ...], state: State) 
     """Return the ranking of measures under the names that it has in the results."""
     ranking = rank_measures(runs, motions, also, state=state)
     settings = {name: value for name, value in ranking.attrs.items() if name not in runs.attrs}
-    variables = {f"{RANK}{name}": variable for name, variable in ranking.data_vars.items()}
-    return xr.Dataset(variables, attrs={"ranking": json.dumps(settings, default=str)})
+    renamed = ranking.rename({str(name): f"{RANK}{name}" for name in ranking.data_vars})
+    return renamed.assign_attrs(ranking=json.dumps(settings, default=str))
 
 
 def ranking_of_measures(results: xr.Dataset) -> xr.Dataset:
