@@ -11,6 +11,8 @@ from ...core import checks
 from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, expm1, log1p
 from ...core.parameters import USUAL_YEARS, YEARS
+from ...core.units import DIMENSIONLESS, PER_YEAR, described
+from ...core.wording import years_text
 
 IMPOSSIBLY_OFTEN = 10.0
 """Annual rate of damaging motions above which the input cannot be meant."""
@@ -34,8 +36,8 @@ def probability_in(rate: Values, years: float = USUAL_YEARS) -> Values:
     least = np.min(values, initial=np.inf)
     if IMPOSSIBLY_OFTEN < least < np.inf:
         warn([Doubt.of("rate_of_years", rate=least)])
-    probability: Any = -xr.apply_ufunc(expm1, -_same(rate, values) * time, keep_attrs=True)
-    return cast(Values, probability)
+    text = f"probability of at least one event in {years_text(time)}"
+    return cast(Values, _labelled(rate, -expm1(-values * time), "probability", text, DIMENSIONLESS))
 
 
 def rate_from_probability(probability: Values, years: float = USUAL_YEARS) -> Values:
@@ -51,12 +53,14 @@ def rate_from_probability(probability: Values, years: float = USUAL_YEARS) -> Va
     wrong = (values < 0.0) | (values >= 1.0)
     if np.any(wrong):
         raise ValueError(f"probability must be at least 0 and below 1, got {values[wrong].flat[0]:g}")
-    rates: Any = -xr.apply_ufunc(log1p, -_same(probability, values), keep_attrs=True) / time
-    if IMPOSSIBLY_OFTEN < (least := np.min(np.asarray(rates), initial=np.inf)) < np.inf:
+    rates = -log1p(-values) / time
+    if IMPOSSIBLY_OFTEN < (least := np.min(rates, initial=np.inf)) < np.inf:
         warn([Doubt.of("years_of_rate", rate=least, years=time)])
-    return cast(Values, rates)
+    return cast(Values, _labelled(probability, rates, "rate", "annual rate of events", PER_YEAR))
 
 
-def _same(given: Any, values: Array) -> Any:
-    """Return the numbers, with the labels of labelled values."""
-    return given.copy(data=values) if isinstance(given, xr.DataArray) else values[()]
+def _labelled(given: Any, values: Array, name: str, text: str, units: str) -> Any:
+    """Return values on the dimensions of labelled ones, as they are for others."""
+    if not isinstance(given, xr.DataArray):
+        return values[()]
+    return given.copy(data=values).rename(name).assign_attrs(described(text, units))

@@ -454,6 +454,16 @@ def test_rates_and_chances_of_lazy_arrays_and_of_objects(call):
         xr.testing.assert_identical(call(given), call(plain))
 
 
+def test_chances_are_labelled_as_chances_and_rates_as_rates():
+    """The unit of what they were made of stayed with them."""
+    rate = xr.DataArray([0.01, 0.2], {"block": ["a", "b"]}, name="rate", attrs={"units": "year-1", "long_name": "rate"})
+    chance = tp.fragility.probability_in(rate, 10.0)
+    assert (chance.name, chance.attrs["units"]) == ("probability", "1")
+    assert chance.attrs["long_name"] == "probability of at least one event in 10 years"
+    again = tp.fragility.rate_from_probability(chance, 10.0)
+    assert (again.name, again.attrs["units"], again["block"].values.tolist()) == ("rate", "year-1", ["a", "b"])
+
+
 def test_what_lies_above_is_not_held_below():
     with pytest.raises(ValidationError, match="hold"):
         hazard_table({"k0": 1e-4, "k": 2.5, "unit": "g", "below": "hold"})
