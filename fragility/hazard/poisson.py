@@ -60,7 +60,7 @@ def rate_from_probability(probability: Values, years: float = USUAL_YEARS) -> Va
 
 
 def _labelled(given: Any, values: Array, name: str, text: str, units: str) -> Any:
-    """Return values on the dimensions of labelled ones, as they are for others."""
+    """Return values with the dimensions and labels of `given`, if it has any."""
     if not isinstance(given, xr.DataArray):
         return values[()]
     return given.copy(data=values).rename(name).assign_attrs(described(text, units))
