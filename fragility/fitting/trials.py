@@ -334,7 +334,7 @@ def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Seque
             samples.append(_sample(fell, up, at, motions, clusters, thresholds[i], first)._replace(ways=ways))
     coords = coordinates_on(data, dims)
     if floor is not None:
-        coords["floor"] = xr.Variable("floor", floor)
+        coords["floor"] = floor
         dims, shape = (*dims, "floor"), (*shape, len(groups))
     strata: tuple[Index, ...] = (np.arange(clusters.max() + 1),)
     if design == STRIPES:

@@ -97,6 +97,7 @@ class TestFloors:
         plain, shuffled = (fit_fragility(self.runs(s), replicates=300, keep_replicates=True) for s in (False, True))
         assert plain["median"].dims == ("floor",)
         assert plain["floor"].values.tolist() == [0, 3]
+        assert plain["floor"].attrs["units"] == "1"
         for name in ("median", "median_lower", "median_sample"):
             np.testing.assert_array_equal(plain[name], shuffled[name])
         first, second = np.log(plain["median_sample"].values)
