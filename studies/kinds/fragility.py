@@ -5,7 +5,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import xarray as xr
@@ -13,6 +13,7 @@ import xarray as xr
 from ...core.aliases import Array, Progress
 from ...core.doubts import Doubt
 from ...core.facts import Fact, stored
+from ...core.units import ENDS
 from ...core.wording import counted
 from ...fragility import screen
 from ...fragility.analyses.sliding import number_of_slides
@@ -34,12 +35,12 @@ from ...models.friction import FixedFriction, Friction
 from ...motions.polarity import BOTH
 from ..facts.notes import of_branch
 from ..file.schema import StudyFile
-from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
+from ..plan.branches import BEYOND, Branches, FittedCurves
 from ..plan.designs import Cloud, Design, Incremental, Stripes
 from ..plan.estimates import LOW_SHARE, MEAN, Fit, ranked
-from ..plan.gains import OTHER, gains
+from ..plan.gains import gains
 from ..plan.piece_classes import class_notes
-from ..plan.restraints import DESIGN, FLAG, STEPS, TARGET, any_held, needed_strengths, ruptures
+from ..plan.restraints import FLAG, STEPS, any_held, needed_strengths, ruptures
 from ..plan.risk import Risk, without_replicates
 from ..plan.selections import selection_notes, selection_variables
 from ..plan.slides import Slides, edge_notes, in_plane, is_free, slide_notes
@@ -148,15 +149,6 @@ def _targets(content: StudyFile, study: "FragilityStudy") -> tuple[float, ...]:
     # (blocks of a file have no tables: restraints are found by their values)
     of_restraint: dict[Restraint | None, float | None] = {table.build(): table.target for table in tables.values()}
     return tuple(of_restraint.get(block.restraint) or math.nan for block in study.blocks)
-
-
-class Rated(NamedTuple):
-    """Annual rates of curves: variables, coordinates and attributes of the results, and notes."""
-
-    variables: dict[Hashable, xr.DataArray]
-    coordinates: dict[Hashable, xr.DataArray]
-    attributes: dict[str, Any]
-    notes: list[Fact]
 
 
 @dataclass(frozen=True)
@@ -400,41 +392,45 @@ class FragilityStudy(BlockStudy):
 
         return needed_strengths(self.blocks, self.models, self.targets, chances)
 
-    def _fit_attributes(self, curves: xr.Dataset) -> dict[str, Any]:
-        return {
-            "fit_method": curves.attrs["method"],
-            "form": curves.attrs["form"],
-            MODELLING: self.fit.modelling_dispersion,
-            RANGE: self.fit.modelling_dispersion or USUAL_DISPERSION,
-            "modelling": self.fit.modelling,
-        }
+    def _with_curves(
+        self, results: xr.Dataset, curves: xr.Dataset, parts: Iterable[xr.Dataset], facts: Iterable[Fact]
+    ) -> xr.Dataset:
+        """Return the results with the variables and attributes of all `parts`, attributes of the curves, and notes."""
+        results = results.assign_attrs(
+            fit_method=curves.attrs["method"],
+            form=curves.attrs["form"],
+            confidence=self.fit.confidence,
+            state=state_name(self.fit.state),
+            modelling=self.fit.modelling,
+            **{MODELLING: self.fit.modelling_dispersion, RANGE: self.fit.modelling_dispersion or USUAL_DISPERSION},
+        )
+        variables: dict[Hashable, xr.DataArray] = {}
+        for part in parts:
+            variables |= part.data_vars
+            results = results.assign_attrs(part.attrs)
+        # (all at once, so that no part's coordinates take the place of those of the runs)
+        return results.assign(variables).assign_attrs(notes=stored(facts))
 
     def _rated(
         self, risk: Risk, curves: xr.Dataset, results: xr.Dataset, client: Runner, progress: Progress | None
-    ) -> Rated:
-        """Return the rates of fitted curves, over branches if there are any."""
-        highest = self.design.highest(results)
+    ) -> tuple[xr.Dataset, list[Fact]]:
+        """Return the rates of fitted curves, over branches if there are any, and notes on them."""
+        highest, lowest = self.design.highest(results), self.design.lowest(results)
         modelled = self.fit.modelled(curves)
-        lowest = self.design.lowest(results)
         rates = risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell, lowest=lowest)
         facts = risk.notes(rates, modelled, highest, self.configuration)
         facts += component_notes(self.configuration["motions"].get("component"), self.design.im)
-        variables = dict(rates.assign(risk.modelling_range(curves, self.fit.modelling_dispersion)).data_vars)
-        coordinates: dict[Hashable, xr.DataArray] = {}
+        rates.attrs = {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}
+        rates = rates.assign(risk.modelling_range(curves, self.fit.modelling_dispersion))
         compared = gains(modelled, risk, self.blocks, self.fit.confidence)
         if compared is not None:
-            variables |= compared.data_vars
-            coordinates |= compared[[OTHER]].coords
+            rates = rates.assign(compared.data_vars)
         if self.branches is not None:
             spread, of_branches = self._spread(FittedCurves(modelled, highest, curves), client, progress)
             facts += [*of_branches, *([SLIPS_WITHOUT_BRANCHES] if self.slides is not None else [])]
-            variables |= spread.data_vars
-            coordinates |= {name: spread.coords[name] for name in BRANCH_COORDINATES}
+            rates = rates.assign(spread.data_vars)
         facts.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))
-        facts += class_notes(self.fit.modelling_class)
-        return Rated(
-            variables, coordinates, {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}, facts
-        )
+        return rates, [*facts, *class_notes(self.fit.modelling_class)]
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         results = self.design.run(self.blocks, self.models, self.kept_outputs, client, part_of(progress, 0, self.work))
@@ -447,15 +443,11 @@ class FragilityStudy(BlockStudy):
             progress=part_of(progress, self.runs * self.design.about, self.work),
         )
         curves = self.fit.curves(results, self.risk is not None, telling=client.tell)
-        variables = dict(screened.data_vars)
-        attributes = self._fit_attributes(curves)
         forced = forced_to_1(self.blocks, self.fit.state, self.fit.form)
-        if forced:
-            attributes[FORCED] = forced
+        attributes = {"screen": screened.attrs["screen"], **({FORCED: forced} if forced else {})}
+        parts = [screened.drop_attrs(deep=False).assign_attrs(attributes)]
         if self.measures is not None:
-            ranking = ranked(results, self.design.motions, self.measures, self.fit.state)
-            variables |= ranking.data_vars
-            attributes["ranking"] = ranking.attrs["ranking"]
+            parts.append(ranked(results, self.design.motions, self.measures, self.fit.state))
         facts = [
             *axis_notes(results),
             *held_notes([block.label for block in self.blocks if self.design.about == 2 and block.surrounded]),
@@ -463,57 +455,37 @@ class FragilityStudy(BlockStudy):
             *one_side_notes(self.blocks, self.fit.state, self.fit.form),
             *uplift_notes(self.blocks, self.models, self.fit.state, self.fit.form),
         ]
-        coordinates: dict[Hashable, xr.DataArray] = {}
+        falls: dict[str, xr.DataArray] = {}
         if self.risk is not None:
-            rated = self._rated(self.risk, curves, results, client, progress)
-            variables |= rated.variables
-            coordinates |= rated.coordinates
-            attributes |= rated.attributes
-            facts += rated.notes
+            rates, of_rates = self._rated(self.risk, curves, results, client, progress)
+            parts.append(rates)
+            falls |= {f"rate{end}": rates[f"rate{end}"] for end in ENDS if f"rate{end}" in rates}
+            facts += of_rates
         if self.targets:
-            strengths = self._strengths(client, progress)
-            variables |= strengths.data_vars
-            coordinates[TARGET] = strengths[TARGET]
+            parts.append(self._strengths(client, progress))
         chosen = self.selections
         if chosen is not None:
-            variables |= chosen.data_vars
-            coordinates |= chosen.coords
+            parts.append(chosen)
             facts += selection_notes(chosen)
         elif isinstance(self.design, Stripes):
             facts.append(Fact("selection.none"))
         kept = without_replicates(curves).assign(range_of_half_levels(curves, self.fit.modelling_dispersion))
-        variables |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
+        named = kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept})
+        parts.append(named.drop_attrs(deep=False))
         if self.design.levels.size:
             observed = self.fit.probabilities(results)
-            variables |= observed.assign(self.fit.chances_of_range(kept, observed["level"])).data_vars
+            falls["probability"] = observed["probability"]
+            parts.append(observed.assign(self.fit.chances_of_range(kept, observed["level"])).drop_attrs(deep=False))
             if any_held(self.blocks):
                 # (a hazard curve of a measure of each block is of no single level)
                 hazard = None if self.risk is None or self.design.im in BLOCK_MEASURES else self.risk.hazard
-                broken = ruptures(results, self.blocks, self.fit.confidence, hazard)
-                variables |= broken.data_vars
-                coordinates |= {name: broken.coords[name] for name in (DESIGN,) if name in broken.coords}
+                parts.append(ruptures(results, self.blocks, self.fit.confidence, hazard))
         if self.slides is not None:
-            falls: dict[str, xr.DataArray] = {
-                name: variables[name]
-                for name in ("probability", "rate", "rate_lower", "rate_upper")
-                if name in variables
-            }
             slid = self.slides.of(results, self.design.motions, self.blocks, self.fit, self.risk, falls, client)
-            variables |= slid.data_vars
-            coordinates |= {name: slid.coords[name] for name in ("slip",) if name in slid.coords}
+            parts.append(slid.drop_attrs(deep=False))
             exact, labels = self.slides.exact(self.blocks), [str(value) for value in results["motion"].values]
             facts += slide_notes(slid, self.blocks, exact, labels, in_plane(results))
         facts += edge_notes(results, self.blocks, self.slides is not None, self.fit.state)
         if "floor" in curves.dims:  # (the dimension of the curves takes the name)
             results = results.rename(floor="motion_floor")
-        return (
-            results.assign_coords(coordinates)
-            .assign(variables)
-            .assign_attrs(
-                **attributes,
-                confidence=self.fit.confidence,
-                state=state_name(self.fit.state),
-                screen=screened.attrs["screen"],
-                notes=stored([*facts, *screen_facts(screened, self.slides is not None)]),
-            )
-        )
+        return self._with_curves(results, curves, parts, [*facts, *screen_facts(screened, self.slides is not None)])

@@ -2,18 +2,17 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 import xarray as xr
 
 from ...core.aliases import Progress
-from ...core.facts import doubted, stored
+from ...core.facts import Fact, doubted
 from ...core.units import ENDS
 from ...core.wording import counted
 from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
-from ...fragility.fitting.states import state_name
 from ...fragility.risk.modelling import range_of_half_levels
 from ...fragility.runs.runners import Runner
 from ...fragility.validity.notes import screen_facts
@@ -29,7 +28,7 @@ from ..plan.slides import in_plane, slide_notes
 from ..text.axes import axis_notes
 from ..text.one_side import uplift_notes
 from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
-from .fragility import FragilityStudy, Rated, median_doubts
+from .fragility import FragilityStudy, median_doubts
 from .study import Expected, perturbed_words
 
 OF_ANALYSIS = ("dispersion", "rate", "probability")
@@ -103,50 +102,39 @@ class SequentialStudy(FragilityStudy):
 
     def _rated(
         self, risk: Risk, curves: xr.Dataset, results: xr.Dataset, client: Runner, progress: Progress | None
-    ) -> Rated:
+    ) -> tuple[xr.Dataset, list[Fact]]:
         """Return the rates of fitted curves; until a rate, the rates without a form, with the fitted rates."""
-        fitted = super()._rated(risk, curves, results, client, progress)
+        rates, facts = super()._rated(risk, curves, results, client, progress)
         if self.design.until.target != RATE:
-            return fitted
+            return rates, facts
         factor = modelling_factor(curves, risk, self.fit)
-        variables, facts = form_free(fitted.variables, results, factor, risk, self.fit, self.blocks)
-        return fitted._replace(variables=variables, notes=[*facts, *fitted.notes])
+        variables, of_runs = form_free(rates.data_vars, results, factor, risk, self.fit, self.blocks)
+        return rates.assign(variables), [*of_runs, *facts]
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         design = self.design if self.slides is None else self.design.keeping
         runs = design.run(self.blocks, self.models, self.kept_outputs, client, progress)
         curves = self.fit.curves(runs, self.risk is not None, telling=client.tell)
-        variables: dict[Any, Any] = {}
-        attributes = self._fit_attributes(curves)
+        kept = without_replicates(curves).drop_vars(OF_FIT).drop_attrs(deep=False)
+        parts = [kept.assign(range_of_half_levels(runs, self.fit.modelling_dispersion))]
         facts = [*axis_notes(runs), *self.fit.notes(curves, runs), *precision_notes(runs), *measure_notes(runs)]
         facts += uplift_notes(self.blocks, self.models, self.fit.state, self.fit.form)
-        coordinates: dict[Any, Any] = {}
+        falls: dict[str, xr.DataArray] = {}
         if self.risk is not None:
-            rated = self._rated(self.risk, curves, runs, client, progress)
-            variables |= rated.variables
-            coordinates |= rated.coordinates
-            attributes |= rated.attributes
-            facts += rated.notes
+            rates, of_rates = self._rated(self.risk, curves, runs, client, progress)
+            parts.append(rates)
+            falls["rate"] = rates["rate"]
+            facts += of_rates
         units, medians = str(runs["level"].attrs["units"]), runs["half_level"].values
         if self.slides is not None:
-            falls = {"rate": variables["rate"]} if "rate" in variables else {}
             slid, noted = adaptive_slides(self.slides, design, self.blocks, self.fit, self.risk, falls, units, client)
-            variables |= {name: variable.variable for name, variable in slid.data_vars.items()}
-            coordinates["slip"] = slid["slip"]
+            parts.append(slid)
             medians = np.append(medians, slid[SLIP_HALF].values)
             exact = self.slides.exact(self.blocks)
             facts += [*noted, *slide_notes(slid, self.blocks, exact, plane=in_plane(runs))]
         facts += [*doubted(median_doubts(medians, units)), *screen_facts(runs, self.slides is not None)]
-        variables |= without_replicates(curves).drop_vars(OF_FIT).data_vars
-        variables |= range_of_half_levels(runs, self.fit.modelling_dispersion)
         names = [f"{name}{end}" for name in OF_ANALYSIS for end in ENDS]
         renamed = runs.rename({name: f"{SEQUENTIAL}{name}" for name in names if name in runs})
         # (figures and sentences take the axis of runs that have no common levels from there, as of a cloud)
         renamed = renamed.assign_coords(intensity=renamed["level"].variable)
-        return (
-            renamed.assign_coords(coordinates)
-            .assign(variables)
-            .assign_attrs(
-                **attributes, confidence=self.fit.confidence, state=state_name(self.fit.state), notes=stored(facts)
-            )
-        )
+        return self._with_curves(renamed, curves, parts, facts)

@@ -151,7 +151,7 @@ def ranked(runs: xr.Dataset, motions: Any, also: tuple[str, ...], state: State) 
     ranking = rank_measures(runs, motions, also, state=state)
     settings = {name: value for name, value in ranking.attrs.items() if name not in runs.attrs}
     renamed = ranking.rename({str(name): f"{RANK}{name}" for name in ranking.data_vars})
-    return renamed.assign_attrs(ranking=json.dumps(settings, default=str))
+    return renamed.drop_attrs(deep=False).assign_attrs(ranking=json.dumps(settings, default=str))
 
 
 def ranking_of_measures(results: xr.Dataset) -> xr.Dataset:
