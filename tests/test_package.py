@@ -186,7 +186,6 @@ def test_importing_is_light():
         (["--help"], ("numpy", "pydantic", "netCDF4")),
         (["--version"], ("numpy", "pydantic", "netCDF4")),
         (["run", "--help"], ("numpy", "pydantic", "netCDF4")),
-        (["schema"], ("netCDF4",)),
         (["catalogue"], ("pydantic", "netCDF4")),
         (["status", "RESULTS"], ()),
     ],
