@@ -11,7 +11,8 @@ from ..core.aliases import Array, Flags
 from ..core.units import STANDARD_GRAVITY
 from ..fragility.fitting.fit import fit_fragility
 from ..models import Block, DiscreteDamping, EnergyConsistent, GianniniMasiani, HousnerImpact, Law
-from ..models.runs import OUTPUTS, run_many
+from ..models.outputs import OF_ENGINE
+from ..models.runs import run_many
 from ..motions.arrays import Record
 from .measure import Row, oscillators
 from .problems import problem, typical
@@ -54,7 +55,7 @@ def _of_law(law: Law, rivals: Sequence[Rival], blocks: Sequence[Block], shakes: 
     stacked = oscillators(law, blocks)
     runs = [(shake, grid / np.abs(shake.acceleration).max()) for shake in shakes]
     engine = [run_many(stacked, factors, shake.acceleration, shake.dt, True, True) for shake, factors in runs]
-    right = np.stack(engine)[..., OUTPUTS["overturned"]] > 0.0
+    right = np.stack(engine)[..., OF_ENGINE["overturned"]] > 0.0
     curves = _curves(right, grid)
     problems = [problem(block, law) for block in blocks]
     rows = []

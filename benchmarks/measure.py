@@ -21,7 +21,8 @@ from llvmlite.binding import get_host_cpu_features
 from ..core.aliases import Array, Flags
 from ..models import Block, Law
 from ..models.oscillator import Oscillator
-from ..models.runs import OUTPUTS, run_many, trace
+from ..models.outputs import OF_ENGINE
+from ..models.runs import run_many, trace
 from .problems import DT, TRUTH_BLOCKS, TRUTH_FACTORS, TRUTH_FILE, problem
 from .rivals.fixed_steps import Answer, Rival
 
@@ -99,7 +100,7 @@ def engine_answer(law: Law, block: Block, shaking: Array, factors: Array, every:
     oscillator = law.oscillator(block)
     runs = run_many([oscillator], factors[None, :], shaking, DT, skip=False)[0]
     histories = [trace(oscillator, factor * shaking, DT).history[0, ::every] for factor in factors]
-    return Answer(runs[:, OUTPUTS["peak_rotation"]], runs[:, OUTPUTS["overturned"]] > 0.0, np.array(histories))
+    return Answer(runs[:, OF_ENGINE["peak_rotation"]], runs[:, OF_ENGINE["overturned"]] > 0.0, np.array(histories))
 
 
 def answers(law: Law, rival: Rival | None, shaking: Array) -> list[Answer]:

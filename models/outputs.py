@@ -168,9 +168,9 @@ OUTPUTS = {
 COLUMNS = {name: output.column for name, output in OUTPUTS.items() if output.column is not None}
 """Outputs that an engine returns, and their column among the columns of its kind."""
 OF_ENGINE = {name: COLUMNS[name] for name in _ROCKING}
-"""Those of the engine of rocking blocks."""
+"""Outputs of the engine of rocking blocks, and their column."""
 SLIDES = {name: COLUMNS[name] for name in _SLIDING}
-"""Those of the engine of sliding blocks, along one axis and in the plane of the floor."""
+"""Outputs of the engine of sliding blocks, along one axis or in the plane of the floor, and their column."""
 OF_SLIDING = (*SLIDES, "mode", FALLEN_OFF)
 """Outputs that a run of a sliding block can have."""
 OF_ROCKING = tuple(name for name in OUTPUTS if name not in (*OF_SLIDING, TRIP_VELOCITY))

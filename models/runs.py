@@ -23,7 +23,6 @@ from .engine.regions import AT_REST
 from .engine.starts import begin_runs
 from .laws import HousnerImpact
 from .oscillator import Oscillator, Stack, stack
-from .outputs import OF_ENGINE
 from .sliding.law import PlaneSlider, Slider
 from .sliding.runs import (
     PlaneTable,
@@ -35,9 +34,6 @@ from .sliding.runs import (
 
 Specimen = Oscillator | Slider | PlaneSlider
 """A block under a law in numbers."""
-
-OUTPUTS = OF_ENGINE
-"""Outputs of the engine of rocking blocks by name, and their column."""
 
 TALLY: tuple[str, ...] = tables.TALLY
 """The engine's counts: samples of all runs, samples left out by reason, and events solved."""

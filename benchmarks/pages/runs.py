@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 import toppling as tp
 
 from ...models.oscillator import stack
-from ...models.runs import OUTPUTS, run_mixed
+from ...models.outputs import OF_ENGINE
+from ...models.runs import run_mixed
 from ...motions import records
 from ...motions.arrays import Record
 from ...studies.facts.coverage import COVERAGE
@@ -78,7 +79,7 @@ def falls(
     results = run_mixed(
         stack([law.oscillator(block)]), np.zeros(which.size, np.int64), which, factors.ravel(), motions, True, True
     )
-    return np.asarray(results[:, OUTPUTS["overturned"]] > 0.0).reshape(factors.shape)
+    return np.asarray(results[:, OF_ENGINE["overturned"]] > 0.0).reshape(factors.shape)
 
 
 def shaken(number: int = MOTIONS) -> Shaken:

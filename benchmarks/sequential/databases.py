@@ -24,7 +24,8 @@ from ...fragility.adaptive.probit import Observations, fit_probit
 from ...fragility.adaptive.until import MEDIAN as CENTRE, Until
 from ...models import Block, EnergyConsistent
 from ...models.oscillator import stack
-from ...models.runs import OUTPUTS, TALLY, run_mixed
+from ...models.outputs import OF_ENGINE
+from ...models.runs import TALLY, run_mixed
 from ...motions import CloughPenzien, SiteBasedScenario, records
 from ...motions.arrays import Record
 from .promises import GRID, MOST, Outcome, Row, common_levels, grid_levels, sequential, summary
@@ -93,7 +94,7 @@ class Database:
         count = dict(zip(TALLY, counts.tolist(), strict=True))
         left_out = count["before_uplift"] + count["after_overturning"] + count["cannot_overturn"]
         self.spent.append((seconds, count["samples"] - left_out, count["events"]))
-        return np.asarray(runs[:, OUTPUTS["overturned"]] > 0.0).reshape(levels.shape)
+        return np.asarray(runs[:, OF_ENGINE["overturned"]] > 0.0).reshape(levels.shape)
 
 
 @cache

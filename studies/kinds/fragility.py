@@ -408,7 +408,7 @@ class FragilityStudy(BlockStudy):
         for part in parts:
             variables |= part.data_vars
             results = results.assign_attrs(part.attrs)
-        # (all at once, so that no part's coordinates take the place of those of the runs)
+        # (all at once: otherwise coordinates of a part would replace the coordinates of the runs)
         return results.assign(variables).assign_attrs(notes=stored(facts))
 
     def _rated(

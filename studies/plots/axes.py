@@ -102,15 +102,15 @@ def drawing(function: Drawing) -> Drawing:
     function.__doc__ = text + SECTIONS
     parameters = signature(function).parameters
     places = list(parameters)
-    datasets = [name for name, given in parameters.items() if given.annotation is xr.Dataset]
+    datasets = {name for name, given in parameters.items() if given.annotation is xr.Dataset}
 
     @wraps(function)
     def checked(*arguments: Any, **named: Any) -> Axes:
         given = {**dict(zip(places, arguments, strict=False)), **named}
-        for name in datasets:
-            if name in given and not isinstance(given[name], xr.Dataset):
+        for name in given.keys() & datasets:
+            if not isinstance(given[name], xr.Dataset):
                 raise TypeError(f"{name} must be a dataset, got {checks.kind(given[name])}")
-            checks.plain(name, given.get(name, xr.Dataset()))
+            checks.plain(name, given[name])
         ax, color = given.get("ax"), given.get("color")
         if ax is not None and not isinstance(ax, Axes):
             raise TypeError(f"ax must be matplotlib Axes, got {checks.kind(ax)}")

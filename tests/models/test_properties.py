@@ -12,7 +12,8 @@ import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.engine import tables as engine
 from toppling.models.oscillator import Edge, Oscillator, Region
-from toppling.models.runs import OUTPUTS, run_many, trace
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import run_many, trace
 from toppling.motions import CloughPenzien, OneCycleSine, scale_to
 
 BLOCK = tp.Block.from_slenderness(0.2, 0.5)
@@ -32,7 +33,7 @@ def test_mirror_symmetry(model):
         one, other = trace(oscillator, record, 0.01), trace(oscillator, -record, 0.01)
         np.testing.assert_array_equal(one.history[:2], -other.history[:2])
         mirrored = other.results.copy()
-        mirrored[[OUTPUTS["direction"], OUTPUTS["final_state"]]] *= -1.0
+        mirrored[[OF_ENGINE["direction"], OF_ENGINE["final_state"]]] *= -1.0
         np.testing.assert_array_equal(one.results, mirrored)
 
 

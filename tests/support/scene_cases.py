@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from toppling.models.assembly import Side, assemble
-from toppling.models.runs import OUTPUTS, run_many
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import run_many
 
 SMALL = 0.1
 """alpha where a block must stand beyond it: the engine's ground lies at pi/2 whatever alpha is."""
@@ -48,5 +49,5 @@ def _critical(oscillator, record, dt, low, high):
 
 def front_and_back(oscillator, record, factors, dt=0.01):
     """Flags and the peaks of both sides (m, 3)."""
-    columns = [OUTPUTS[name] for name in ("overturned", "peak_front", "peak_back")]
+    columns = [OF_ENGINE[name] for name in ("overturned", "peak_front", "peak_back")]
     return run_many([oscillator], factors, record, dt)[0][:, columns]

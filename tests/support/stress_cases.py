@@ -13,10 +13,11 @@ from shared_cases import lifts_at
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.engine.tables import MANY_IMPACTS
-from toppling.models.runs import OUTPUTS, prepare, trace
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import prepare, trace
 
 BLOCK = tp.Block.from_slenderness(0.2, 0.5)
-OVERTURNED, PEAK, UPLIFTED, IMPACTS = (OUTPUTS[k] for k in ("overturned", "peak_rotation", "uplifted", "impacts"))
+OVERTURNED, PEAK, UPLIFTED, IMPACTS = (OF_ENGINE[k] for k in ("overturned", "peak_rotation", "uplifted", "impacts"))
 RIGID_CASES = [c for c in CASES if c[0] == "housner" or c[1].get("rest") == "rigid"]
 ELASTIC_CASES = [c for c in CASES if c not in RIGID_CASES]
 

@@ -13,7 +13,8 @@ from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import screen
 from toppling.fragility.fitting.states import reached
 from toppling.fragility.validity.notes import screen_facts, sentences_of
-from toppling.models.runs import OUTPUTS, run_many, trace
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import run_many, trace
 
 BLOCK = tp.Block(0.4, 1.6, name="shelf")
 LAW = tp.HousnerImpact()
@@ -50,10 +51,10 @@ def test_runs_are_the_engines(pair, lifted):
         h1, up = (pair.sel(component=name).values[i] for name in ("h1", "v"))
         plain = run_many([oscillator], np.array([FACTORS]), h1, 0.01, vertical=up)[0]
         found = lifted.isel(block=0, model=0, motion=i)
-        np.testing.assert_array_equal(found["airborne"], plain[:, OUTPUTS["airborne"]] == 1.0)
+        np.testing.assert_array_equal(found["airborne"], plain[:, OF_ENGINE["airborne"]] == 1.0)
         here = ~found["airborne"].values
         for name in ("overturned", "peak_rotation", "uplifted", "impacts"):
-            np.testing.assert_array_equal(found[name].values[here], plain[here, OUTPUTS[name]])
+            np.testing.assert_array_equal(found[name].values[here], plain[here, OF_ENGINE[name]])
 
 
 def test_it_matters(pair, lifted):

@@ -11,9 +11,10 @@ from stress_cases import BLOCK, IMPACTS, OVERTURNED, PEAK, compile_engine, label
 import toppling as tp
 from toppling.models.engine.linear_runs import BOUNCE_INTERVAL
 from toppling.models.engine.low_bounces import BOUNCE_RESTITUTION
-from toppling.models.runs import OUTPUTS, run_many, trace
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import run_many, trace
 
-STRIKE = OUTPUTS["impact_velocity"]
+STRIKE = OF_ENGINE["impact_velocity"]
 LINEAR = [model for model in RIGID if not model.oscillator(BLOCK).exact]
 
 

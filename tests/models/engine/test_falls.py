@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import toppling as tp
-from toppling.models.runs import OUTPUTS, run_many
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import run_many
 
 BLOCK = tp.Block(0.4, 1.8)
 GLUED = tp.Block(0.3, 1.5, mass=50.0, restraint=tp.Restraint.adhesive(300.0, 0.05))
@@ -26,8 +27,8 @@ def time_of_fall(block, law, level, rest):
     """Time at which a block lies that is pushed for a second, and then left for `rest` samples of the record."""
     push = np.append(np.full(100, level * 9.80665 * math.tan(block.alpha)), np.zeros(1 + rest))
     found = run_many([law.oscillator(block)], np.ones((1, 1)), push, DT)[0, 0]
-    assert found[OUTPUTS["overturned"]] == 1.0
-    return found[OUTPUTS["overturning_time"]]
+    assert found[OF_ENGINE["overturned"]] == 1.0
+    return found[OF_ENGINE["overturning_time"]]
 
 
 @pytest.mark.parametrize(("block", "law", "level"), CASES, ids=lambda one: getattr(one, "label", None))

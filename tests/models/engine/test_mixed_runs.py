@@ -11,7 +11,8 @@ from toppling.models import runs
 from toppling.models.engine.starts import begin_runs
 from toppling.models.engine.tables import LANES, SPAN, TILE
 from toppling.models.oscillator import stack
-from toppling.models.runs import OUTPUTS, TALLY, batch_of, lay_out, run_many, run_mixed, run_specimens, stacked
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import TALLY, batch_of, lay_out, run_many, run_mixed, run_specimens, stacked
 from toppling.models.sliding.law import Slider
 from toppling.motions.arrays import Record
 
@@ -61,7 +62,7 @@ def test_a_run_has_the_bits_that_it_has_alone(motions, law, way):
     mixed = run_mixed(stacked(specimens), which, where, factors, motions, *WAYS[way], together)
     np.testing.assert_array_equal(mixed, alone)
     np.testing.assert_array_equal(together, apart)
-    assert 0.1 < mixed[:, OUTPUTS["overturned"]].mean() < 0.9
+    assert 0.1 < mixed[:, OF_ENGINE["overturned"]].mean() < 0.9
 
 
 @pytest.mark.parametrize("geometry", ["linear", "exact"])
@@ -117,7 +118,7 @@ def test_vertical_shaking_beside_none(motions):
         alone = one_by_one(specimens, which, where, factors, shakes, *way)
         mixed = run_mixed(stacked(specimens), which, where, factors, shakes, *way)
         np.testing.assert_array_equal(mixed, alone)
-    assert 0.0 < mixed[:, OUTPUTS["airborne"]].mean() < 1.0
+    assert 0.0 < mixed[:, OF_ENGINE["airborne"]].mean() < 1.0
 
 
 def test_vertical_shaking_is_refused_in_linear_geometry(motions):
@@ -144,7 +145,7 @@ def test_sliding_blocks_go_motion_by_motion(motions):
 class TestChunks:
     """`run_part` mixes the motions of a chunk where few runs share one; the results are the same either way."""
 
-    @pytest.mark.parametrize("outputs", [tuple(OUTPUTS), ("overturned",)])
+    @pytest.mark.parametrize("outputs", [tuple(OF_ENGINE), ("overturned",)])
     def test_mixed_or_not(self, motions, outputs, monkeypatch):
         specimens = [law.oscillator(block) for law in (LAWS[0], LAWS[-1]) for block in BLOCKS]
         factors = np.random.default_rng(31).uniform(1.0, 10.0, (len(specimens), 3, len(motions)))

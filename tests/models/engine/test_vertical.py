@@ -12,9 +12,10 @@ from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.engine.series import evaluate, exact_series
 from toppling.models.engine.tables import DEGREE, MOVED, SPEED
 from toppling.models.oscillator import exact_lever
-from toppling.models.runs import OUTPUTS, TALLY, run_many, trace
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import TALLY, run_many, trace
 
-AIRBORNE = OUTPUTS["airborne"]
+AIRBORNE = OF_ENGINE["airborne"]
 TALL = tp.Block(0.4, 1.2)
 SCENES = {
     "free": {},
@@ -260,7 +261,7 @@ class TestLowBounces:
         assert cubics.results[IMPACTS] > 300
         assert cubics.results[IMPACTS] == pieces.results[IMPACTS]
         for name in ("peak_rotation", "impact_velocity"):
-            assert cubics.results[OUTPUTS[name]] == pytest.approx(pieces.results[OUTPUTS[name]], rel=1e-12)
+            assert cubics.results[OF_ENGINE[name]] == pytest.approx(pieces.results[OF_ENGINE[name]], rel=1e-12)
 
     def test_every_block_rests_in_the_end(self):
         rng = np.random.default_rng(43)

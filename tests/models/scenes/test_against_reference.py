@@ -9,7 +9,8 @@ from scene_draws import case_of, scene_of
 from scene_kernel import BOUNCE
 from scene_reference import FACTOR, integrate_segments, record_segments, tables
 
-from toppling.models.runs import OUTPUTS, run_many, trace
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import run_many, trace
 
 EQUAL = 1e-9
 """Difference of rotations (rad), times (s) and velocities (rad/s) up to which two runs are the same."""
@@ -45,7 +46,7 @@ class Answer(NamedTuple):
 
 
 def engine_answer(case, columns):
-    found = {name: columns[index] for name, index in OUTPUTS.items()}
+    found = {name: columns[index] for name, index in OF_ENGINE.items()}
     front, back = found["peak_front"], found["peak_back"]
     if math.isnan(front):  # (front and back alike: only the larger peak is kept)
         front = back = found["peak_rotation"]

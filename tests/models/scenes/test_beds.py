@@ -15,7 +15,8 @@ from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.block import block_from, describe_block
 from toppling.models.laws import oscillator_of
 from toppling.models.oscillator import Oscillator
-from toppling.models.runs import OUTPUTS, run_many, trace
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import run_many, trace
 from toppling.models.scenes.bed import polygon
 from toppling.models.sides import sides
 
@@ -240,7 +241,7 @@ class TestRuns:
             record = amplitude * shake(rng, n=400)
             run = trace(oscillator, record, 0.01)
             peak, falls = own.peak(record, 0.01)
-            assert falls == (run.results[0] == 1.0 and run.results[OUTPUTS["overturning_time"]] <= 3.99)
+            assert falls == (run.results[0] == 1.0 and run.results[OF_ENGINE["overturning_time"]] <= 3.99)
             fell += falls
             if not falls:
                 assert run.history[4, -1] == pytest.approx(peak, abs=1e-8 * block.alpha)
@@ -408,8 +409,8 @@ class TestWall:
         oscillator = self.oscillator(tp.ViscousDamping(0.05))
         rng = np.random.default_rng(4)
         results = [trace(oscillator, 3.0 * shake(rng), 0.01).results for _ in range(20)]
-        assert min(one[OUTPUTS["direction"]] for one in results) >= 0.0
-        assert max(one[OUTPUTS["peak_back"]] for one in results) == pytest.approx(self.GAP / 1.8, rel=1e-14)
+        assert min(one[OF_ENGINE["direction"]] for one in results) >= 0.0
+        assert max(one[OF_ENGINE["peak_back"]] for one in results) == pytest.approx(self.GAP / 1.8, rel=1e-14)
         assert sum(one[0] for one in results) > 0
 
     def test_wide_gap_is_the_free_block(self):

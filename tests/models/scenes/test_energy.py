@@ -7,7 +7,8 @@ import pytest
 from scene_draws import case_of, scene_of
 
 from toppling.models.engine.tables import HISTORY_OMEGA, HISTORY_THETA
-from toppling.models.runs import OUTPUTS, trace
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import trace
 from toppling.models.sides import sides
 
 DT, SAMPLES = 0.02, 100
@@ -64,7 +65,7 @@ def start(rng, block, geometry):
 def growth(block, law, run):
     """The largest growth of the energy from one sample to the next and its loss in all, over the largest energy."""
     theta, omega = run.history[HISTORY_THETA], run.history[HISTORY_OMEGA]
-    broken = run.results[OUTPUTS["rupture_time"]]
+    broken = run.results[OF_ENGINE["rupture_time"]]
     energy = energy_of(block, law.geometry, theta, omega, np.isnan(broken) | (broken > TIME))
     scale = np.abs(energy).max()
     if scale == 0.0:
@@ -120,7 +121,7 @@ def test_without_losses_the_energy_stays():
             continue  # (it would bounce thousands of times)
         at = start(rng, case.block, case.law.geometry)
         run = trace(case.law.oscillator(case.block), QUIET, DT, *at)
-        if run.results[OUTPUTS["overturned"]] == 0.0:
+        if run.results[OF_ENGINE["overturned"]] == 0.0:
             grown, lost = growth(case.block, case.law, run)
             assert abs(grown) <= ROUNDING
             assert abs(lost) <= 1e-9

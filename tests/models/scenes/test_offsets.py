@@ -11,7 +11,8 @@ import toppling as tp
 from toppling.models.engine import tables
 from toppling.models.engine.regions import crossing_zeta, energy_consistent_zeta
 from toppling.models.oscillator import stack
-from toppling.models.runs import OUTPUTS, run_many, trace
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import run_many, trace
 from toppling.models.sides import sides, zone_of
 
 BLOCK = tp.Block(0.4, 1.8, cm_offset=0.05)
@@ -93,7 +94,7 @@ class TestMotion:
         assert found == pytest.approx(4.264114686147, abs=3e-10)
         record, dt = sine(2.0 * math.pi, 1, 1.0)(4000)
         result = run_many([oscillator], np.full((1, 1), 4.3), record, dt)[0, 0]
-        assert result[OUTPUTS["direction"]] == 1.0
+        assert result[OF_ENGINE["direction"]] == 1.0
 
     @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.label)
     @pytest.mark.parametrize("odd", [{"cm_offset": 0.05}, {"lean": 0.03}, {"cm_offset": -0.1, "lean": 0.02}], ids=str)
@@ -110,7 +111,7 @@ class TestMotion:
         run = trace(tp.GianniniMasiani(e=0.9).oscillator(BLOCK), np.zeros(500), 0.01)
         zone = zone_of(BLOCK, 0.05, "h", rigid_rest=False)
         assert run.history[0] == pytest.approx(np.full(500, zone.centre), abs=1e-15)
-        assert run.results[OUTPUTS["uplifted"]] == 0.0
+        assert run.results[OF_ENGINE["uplifted"]] == 0.0
 
     @pytest.mark.parametrize(
         "odd", [{"cm_offset": 0.99 * 0.15}, {"lean": 0.99 * 0.165148}, {"cm_offset": -0.99 * 0.15}]

@@ -10,9 +10,10 @@ from shared_cases import shake
 import toppling as tp
 from toppling.models.assembly import Spring, Surroundings
 from toppling.models.laws import oscillator_of
-from toppling.models.runs import OUTPUTS, run_many, trace
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import run_many, trace
 
-BROKEN, FRONT = OUTPUTS["ruptured"], OUTPUTS["peak_front"]
+BROKEN, FRONT = OF_ENGINE["ruptured"], OF_ENGINE["peak_front"]
 QUIET = np.zeros(2)
 CASES = [(20.0, 0.0, 0.05), (20.0, 0.02, 0.07), (200.0, 0.01, 0.03), (0.5, 0.1, 0.6)]
 
@@ -107,13 +108,13 @@ class TestKinds:
         for samples in (2, 3000):
             run = trace(oscillator, np.zeros(samples), 0.01, 0.01, 1.0)
             assert run.results[0] == 0.0
-            assert run.results[OUTPUTS["peak_back"]] == pytest.approx(0.583009592436, abs=5e-13)
+            assert run.results[OF_ENGINE["peak_back"]] == pytest.approx(0.583009592436, abs=5e-13)
 
     def test_hangs_on_a_strap_with_much_slack(self):
         """Taut beyond alpha: it falls into the strap, and stays there."""
         run = trace(table(0.9, strap(2.0, 1.5 * SMALL, math.inf), SMALL), np.zeros(2), 0.01, 1.2 * SMALL, 0.0)
         assert run.results[0] == 0.0
-        assert run.results[OUTPUTS["final_state"]] == 1.0
+        assert run.results[OF_ENGINE["final_state"]] == 1.0
 
     def test_both_directions_break_together(self):
         record = shake(np.random.default_rng(8))
@@ -121,14 +122,14 @@ class TestKinds:
         broken = result[:, BROKEN] == 1.0
         assert broken.any()
         assert not broken.all()
-        assert (np.isfinite(result[:, OUTPUTS["rupture_time"]]) == broken).all()
-        assert (result[~broken][:, [FRONT, OUTPUTS["peak_back"]]] < 0.02).all()
+        assert (np.isfinite(result[:, OF_ENGINE["rupture_time"]]) == broken).all()
+        assert (result[~broken][:, [FRONT, OF_ENGINE["peak_back"]]] < 0.02).all()
 
     def test_after_the_rupture_it_is_the_free_block(self):
         """From the state at its rupture on, a strapped block moves as a free one does, to rounding."""
         record = 3.0 * shake(np.random.default_rng(2))
         run = trace(table(0.9, strap(30.0, 0.0, 0.03)), record, 0.01)
-        start = math.ceil(run.results[OUTPUTS["rupture_time"]] / 0.01)
+        start = math.ceil(run.results[OF_ENGINE["rupture_time"]] / 0.01)
         theta, omega = run.history[:2, start]
         free = trace(table(0.9), record[start:], 0.01, theta, omega)
         assert run.history[0, start:] == pytest.approx(free.history[0], abs=1e-9)
@@ -144,9 +145,9 @@ def test_stiff_straps_of_light_blocks_do_not_depend_on_the_samples(stiffness):
     halved = np.interp(np.arange(2 * record.size - 1) / 2.0, np.arange(record.size), record)
     factors = np.linspace(0.5, 3.0, 60)[None]
     runs = [run_many([oscillator], factors, one, dt, skip=False)[0] for one, dt in ((record, 0.005), (halved, 0.0025))]
-    first, second = (one[:, OUTPUTS["peak_rotation"]] for one in runs)
+    first, second = (one[:, OF_ENGINE["peak_rotation"]] for one in runs)
     difference = np.abs(first / second - 1.0)
-    assert 0.3 < runs[0][:, OUTPUTS["overturned"]].mean() < 0.9
+    assert 0.3 < runs[0][:, OF_ENGINE["overturned"]].mean() < 0.9
     assert np.quantile(difference, 0.9) < 1e-12
     assert difference.max() < 1e-6  # (what a rounding becomes over some hundred bounces)
 
@@ -204,7 +205,7 @@ class TestWell:
         """Released before the saddle at 0.2 it stays there, though its energy is above that of the rupture at 0.45."""
         oscillator = table(0.9, both(0.5, 0.0, 4.5 * SMALL), SMALL)
         results = trace(oscillator, QUIET, 1e-3, SMALL).results
-        assert [results[OUTPUTS[name]] for name in ("overturned", "ruptured", "final_state")] == [0.0, 0.0, 0.0]
+        assert [results[OF_ENGINE[name]] for name in ("overturned", "ruptured", "final_state")] == [0.0, 0.0, 0.0]
 
 
 def test_refused(refusal):

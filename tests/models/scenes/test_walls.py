@@ -8,7 +8,8 @@ from scene_cases import SMALL, critical, front_and_back, sine, table
 
 import toppling as tp
 from toppling.models.assembly import Contact, Surroundings
-from toppling.models.runs import OUTPUTS, run_many, trace
+from toppling.models.outputs import OF_ENGINE
+from toppling.models.runs import run_many, trace
 from toppling.models.scenes.wall import rebound
 
 E, REBOUND = 0.925, 0.5
@@ -45,7 +46,7 @@ class TestFreeDecay:
         for gap in (0.0, 1e-6):
             block = tp.Block(0.3, 1.8, cm_offset=offset, wall=tp.Wall(gap))
             run = released(tp.HousnerImpact().oscillator(block), 0.5 * block.alpha, 4.0, samples=4000)
-            found.append({name: run.results[OUTPUTS[name]] for name in OUTPUTS})
+            found.append({name: run.results[OF_ENGINE[name]] for name in OF_ENGINE})
         touching, near = found
         assert touching["wall_impact_velocity"] == pytest.approx(near["wall_impact_velocity"], rel=1e-4)
         if not offset:
@@ -70,10 +71,10 @@ class TestFreeDecay:
         assert run.turning_points[1][:8] == pytest.approx(peaks, rel=1e-10)
         assert peaks[:3] == pytest.approx([0.139299247048, 0.088608319005, -0.075290911969], abs=5e-13)
         assert strikes == pytest.approx([0.672100252939, 0.178249962805], abs=5e-13)
-        assert run.results[OUTPUTS["wall_impacts"]] == len(strikes)
-        assert run.results[OUTPUTS["wall_impact_velocity"]] == pytest.approx(max(strikes), rel=1e-11)
-        assert run.results[OUTPUTS["peak_back"]] == at
-        assert run.results[OUTPUTS["peak_front"]] == 0.5
+        assert run.results[OF_ENGINE["wall_impacts"]] == len(strikes)
+        assert run.results[OF_ENGINE["wall_impact_velocity"]] == pytest.approx(max(strikes), rel=1e-11)
+        assert run.results[OF_ENGINE["peak_back"]] == at
+        assert run.results[OF_ENGINE["peak_front"]] == 0.5
 
     def test_exact_geometry(self):
         block = tp.Block(0.3, 1.8, wall=tp.Wall(0.05))
@@ -96,7 +97,7 @@ class TestHeldAgainstTheWall:
         """F = -1.5 up to 6: struck at acosh 1.2 with 0.5 sinh; let go, it rises to 1 - sqrt(1 - e² U)."""
         oscillator = table(0.9, wall(0.1))
         run = trace(oscillator, np.full(6001, 1.5), 0.001, max_turning_points=20)
-        assert run.results[OUTPUTS["wall_impact_velocity"]] == pytest.approx(0.331662479036, abs=5e-13)
+        assert run.results[OF_ENGINE["wall_impact_velocity"]] == pytest.approx(0.331662479036, abs=5e-13)
         assert run.history[0, 622] > -0.1 == run.history[0, -1]
         rest = np.flatnonzero(run.history[2] == -2.0)
         assert rest[0] == pytest.approx(1745, abs=1)  # (at rest from 1.744693657813 on)
@@ -106,14 +107,14 @@ class TestHeldAgainstTheWall:
     def test_leans_behind_a_wide_gap(self):
         """From -1.1 with -0.1 it falls onto the wall at 1.2, at ln 2 with 0.2, and stays there: not overturned."""
         run = released(table(0.9, wall(1.2)), -1.1, 20.0, omega=-0.1)
-        assert run.results[OUTPUTS["overturned"]] == 0.0
-        assert run.results[OUTPUTS["wall_impact_velocity"]] == pytest.approx(0.2, rel=1e-11)
-        assert run.results[OUTPUTS["final_state"]] == -1.0
+        assert run.results[OF_ENGINE["overturned"]] == 0.0
+        assert run.results[OF_ENGINE["wall_impact_velocity"]] == pytest.approx(0.2, rel=1e-11)
+        assert run.results[OF_ENGINE["final_state"]] == -1.0
         assert run.history[0, -1] == -1.2
 
     def test_a_push_towards_the_wall_moves_nothing(self):
         run = trace(table(0.9, wall(0.0)), np.full(500, 3.0), 0.01)
-        assert run.results[OUTPUTS["uplifted"]] == 0.0
+        assert run.results[OF_ENGINE["uplifted"]] == 0.0
         assert not run.history[0].any()
 
 
@@ -141,11 +142,11 @@ class TestPulses:
         oscillator = tp.HousnerImpact(geometry="linear").oscillator(block)
         record, dt = sine(2.0 * math.pi, 4, 1.0 if towards else -1.0)(16_000)
         result = run_many([oscillator], np.full((1, 1), 2.2), record, dt)[0, 0]
-        assert result[OUTPUTS["overturned"]] == (front_peak is None)
+        assert result[OF_ENGINE["overturned"]] == (front_peak is None)
         if gap is not None and front_peak is None:
-            assert result[OUTPUTS["direction"]] == 1.0
+            assert result[OF_ENGINE["direction"]] == 1.0
         if front_peak is not None:
-            assert result[OUTPUTS["peak_front"]] == pytest.approx(front_peak, rel=1e-6)
+            assert result[OF_ENGINE["peak_front"]] == pytest.approx(front_peak, rel=1e-6)
 
 
 class TestRebound:
@@ -175,7 +176,7 @@ class TestLimits:
         free, far = (law.oscillator(tp.Block(0.4, 1.8, wall=w)) for w in (None, tp.Wall(3.5)))
         record, factors = shaken
         names = ("overturned", "peak_rotation", "impacts", "overturning_time", "impact_velocity", "direction")
-        columns = [OUTPUTS[name] for name in names]
+        columns = [OF_ENGINE[name] for name in names]
         one, other = (run_many([o], factors, record, 0.01)[0][:, columns] for o in (free, far))
         assert one.tobytes() == other.tobytes()
 
@@ -202,8 +203,8 @@ class TestLimits:
         block = tp.Block(0.3, 1.8, wall=tp.Wall(gap, restitution=restitution))
         oscillator = tp.HousnerImpact(geometry=geometry).oscillator(block)
         result = run_many([oscillator], factors, record, 0.01)[0]
-        assert np.isfinite(result[:, [OUTPUTS["peak_front"], OUTPUTS["peak_back"]]]).all()
-        assert (result[:, OUTPUTS["direction"]] >= 0.0).all()
+        assert np.isfinite(result[:, [OF_ENGINE["peak_front"], OF_ENGINE["peak_back"]]]).all()
+        assert (result[:, OF_ENGINE["direction"]] >= 0.0).all()
         for skip, flags_only in ((False, False), (True, True)):
             again = run_many([oscillator], factors, record, 0.01, skip, flags_only)[0]
             assert (again[:, 0] == result[:, 0]).all()
@@ -220,8 +221,8 @@ class TestAfterTheRecord:
 
     def test_it_comes_off_the_wall_to_which_it_stuck(self):
         run = trace(table(0.9, wall(0.1, 0.0)), np.zeros(2), 1e-3, -0.05, -0.5)
-        assert run.results[OUTPUTS["peak_front"]] == pytest.approx(self.PEAK, rel=1e-11)
-        assert run.results[OUTPUTS["final_state"]] == 0.0
+        assert run.results[OF_ENGINE["peak_front"]] == pytest.approx(self.PEAK, rel=1e-11)
+        assert run.results[OF_ENGINE["final_state"]] == 0.0
 
 
 class TestRefusals:
